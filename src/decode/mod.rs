@@ -1,7 +1,10 @@
 //! From bytes to transactions: pure, with time and bytes as arguments.
 
+pub mod candidate;
 pub mod chunk;
+pub mod crc;
 pub mod frame;
 pub mod function;
 pub mod shape;
+pub mod stamp;
 pub mod transaction;
