@@ -6,6 +6,7 @@ pub mod crc;
 pub mod frame;
 pub mod framer;
 pub mod function;
+pub mod pdu;
 pub mod shape;
 pub mod stamp;
 pub mod store;
