@@ -78,6 +78,11 @@ impl Outstanding {
             && bytes.ends_with(&self.crc)
     }
 
+    /// Tells whether the bytes begin like the request again: address, function and start register.
+    pub fn repeats(&self, bytes: &[u8]) -> bool {
+        self.length >= 8 && bytes.len() >= 4 && bytes[..4] == self.head[..4]
+    }
+
     /// Tells whether the request begins with the bytes.
     pub fn starts_with(&self, bytes: &[u8]) -> bool {
         bytes.len() <= usize::from(self.length).min(8) && self.head.starts_with(bytes)

@@ -25,7 +25,7 @@ pub const LONE_BYTE: f32 = 0.5;
 /// The best an unfinished frame can score, besides a zero extension.
 pub const BEST_TAIL: f32 = RESPONSE_FITS;
 
-const RESPONSE_FITS: f32 = 5.0;
+pub const RESPONSE_FITS: f32 = 5.0;
 const SAME_AS_OUTSTANDING: f32 = 5.0;
 const UNTIMED_ECHO: f32 = -4.0;
 
