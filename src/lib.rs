@@ -2,4 +2,5 @@
 
 pub mod decode;
 pub mod line;
+pub mod simulate;
 pub mod time;
