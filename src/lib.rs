@@ -3,4 +3,5 @@
 pub mod analyze;
 pub mod decode;
 pub mod line;
+pub mod simulate;
 pub mod time;
