@@ -50,9 +50,11 @@ impl Dissection<'_> {
         self.stopped.is_none() && self.fields.iter().all(|field| field.remark != Some(Remark::LeftOver))
     }
 
-    /// Ranks how well the form fits: whole before not, then the fewer remarks the better.
-    fn fit(&self) -> (bool, Reverse<usize>) {
-        (self.is_whole(), Reverse(self.fields.iter().filter(|field| field.remark.is_some()).count()))
+    /// Ranks how well the form fits: complete, then few bytes left over, then few remarks.
+    fn fit(&self) -> (bool, Reverse<usize>, Reverse<usize>) {
+        let left_over = self.fields.iter().filter(|field| field.remark == Some(Remark::LeftOver));
+        let remarks = self.fields.iter().filter(|field| field.remark.is_some()).count();
+        (self.stopped.is_none(), Reverse(left_over.map(|field| field.span.len()).sum()), Reverse(remarks))
     }
 
     /// Returns the field that covers a byte, counted from the address.
@@ -76,16 +78,16 @@ impl fmt::Display for Dissection<'_> {
 
 /// Reads the bytes of a frame or of a damaged run, from the address to the CRC.
 ///
-/// An unknown role is settled by which form the bytes have; where both fit as
-/// well, they are read as a request and the function field says so. A good CRC fixes where the PDU ends; else the form does, and what follows
-/// it is taken for the CRC.
+/// An unknown role is settled by which form the bytes have; where both fit as well, they are read as a
+/// request and the function field says so. A good CRC fixes where the PDU ends; else the form does, and
+/// what follows it is taken for the CRC.
 pub fn dissect(bytes: &[u8], role: Role) -> Dissection<'_> {
     if role != Role::Unknown {
         return read(bytes, role);
     }
     let mut request = read(bytes, Role::Request);
     let response = read(bytes, Role::Response);
-    if request.fields == response.fields {
+    if request.fields == response.fields && request.stopped == response.stopped {
         request.role = Role::Unknown;
     } else if request.fit() == response.fit() {
         if let Some(function) = request.fields.get_mut(1) {
