@@ -196,7 +196,8 @@ impl Framer {
                 let end = context!(self).end(edge.end() - 1);
                 Some(Outstanding::new(edge.offset, bytes, end, &self.shapes))
             }
-            Kind::Echo | Kind::Response(Fit::None) => before,
+            Kind::Echo => before.map(Outstanding::after_echo),
+            Kind::Response(Fit::None) => before,
             Kind::Response(_) => None,
         };
         self.hand_over_frame(edge, before);

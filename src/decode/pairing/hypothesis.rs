@@ -112,7 +112,9 @@ impl State {
         }
         offer(Reading { score: base + score, choice: Choice::Request, next });
         if let Some(score) = score::echo(outstanding, self.junk, view.bytes, since, view.experience) {
-            offer(Reading { score: base + score, choice: Choice::Echo, next: *self });
+            let echoed = |open: Open| Open { request: open.request.after_echo(), ..open };
+            let next = State { outstanding: self.outstanding.map(echoed), ..*self };
+            offer(Reading { score: base + score, choice: Choice::Echo, next });
         }
     }
 
@@ -172,7 +174,8 @@ impl State {
         for open in &mut self.earlier {
             *open = open.filter(|open| !closed(open.id));
         }
-        self.outstanding = self.outstanding.filter(|open| !closed(open.id));
+        // A broadcast is closed at once, but may still be echoed.
+        self.outstanding = self.outstanding.filter(|open| open.request.is_broadcast() || !closed(open.id));
     }
 }
 
