@@ -2,6 +2,7 @@
 
 pub mod analyze;
 pub mod decode;
+pub mod device;
 pub mod line;
 pub mod simulate;
 pub mod time;
