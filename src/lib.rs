@@ -4,5 +4,6 @@ pub mod analyze;
 pub mod decode;
 pub mod device;
 pub mod line;
+pub mod pipeline;
 pub mod simulate;
 pub mod time;
