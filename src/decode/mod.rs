@@ -3,5 +3,6 @@
 pub mod chunk;
 pub mod frame;
 pub mod function;
+pub mod pdu;
 pub mod shape;
 pub mod transaction;

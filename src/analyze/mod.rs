@@ -1,0 +1,1 @@
+//! Judgement over what was decoded: pure, with time as an argument.
