@@ -14,9 +14,9 @@ fn word(bytes: &[u8], offset: usize) -> Option<u16> {
 
 /// Returns the first register, coil or input that a frame names, from address to CRC.
 ///
-/// Requests of functions 1 to 6, 15, 16 and 22 to 24 name one (23 the one to read from), and so do the responses of
-/// 5, 6, 15, 16 and 22. `None` for the others, when the bytes end before it, and for an unknown role
-/// where it matters.
+/// Requests of functions 1 to 6, 15, 16 and 22 to 24 name one (23 the one to read from), and so do the
+/// responses of 5, 6, 15, 16 and 22. `None` for the others, when the bytes end before it, and for an
+/// unknown role where it matters.
 pub fn start_register(bytes: &[u8], role: Role) -> Option<u16> {
     match (bytes.get(1)?, role) {
         (5 | 6 | 15 | 16 | 22, _) | (1..=4 | 23 | 24, Role::Request) => word(bytes, 2),

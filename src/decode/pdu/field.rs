@@ -40,7 +40,7 @@ pub enum PduValue<'a> {
     Number(u16),
     /// A register, a mask or a word, shown in hexadecimal.
     Word(u16),
-    /// A number that has a name in the specification.
+    /// A number that has a name in the specification, shown in decimal up to 255.
     Named(u16, &'static str),
     /// A function code as on the wire.
     Function(FunctionCode),
@@ -66,6 +66,7 @@ impl fmt::Display for PduValue<'_> {
         match *self {
             PduValue::Number(number) => write!(f, "{number}"),
             PduValue::Word(word) => write!(f, "0x{word:04x}"),
+            PduValue::Named(number @ 0x100.., name) => write!(f, "0x{number:04x} {name}"),
             PduValue::Named(number, name) => write!(f, "{number} {name}"),
             PduValue::Function(code) if code.is_exception() => {
                 write!(f, "{} exception of {}", code.0, code.without_exception())

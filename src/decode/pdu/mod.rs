@@ -76,9 +76,9 @@ impl fmt::Display for Dissection<'_> {
 
 /// Reads the bytes of a frame or of a damaged run, from the address to the CRC.
 ///
-/// An unknown role is settled by which form the bytes have; where both fit as
-/// well, they are read as a request and the function field says so. A good CRC fixes where the PDU ends; else the form does, and what follows
-/// it is taken for the CRC.
+/// An unknown role is settled by which form the bytes have; where both fit as well, they are read as a
+/// request and the function field says so. A good CRC fixes where the PDU ends; else the form does, and
+/// what follows it is taken for the CRC.
 pub fn dissect(bytes: &[u8], role: Role) -> Dissection<'_> {
     if role != Role::Unknown {
         return read(bytes, role);

@@ -49,7 +49,7 @@ const EXAMPLES: &[(&str, Role, &str)] = &[
     (
         "05 00 AC FF 00",
         Role::Request,
-        "function 5 write single coil, output address 0x00ac, output value 65280 on",
+        "function 5 write single coil, output address 0x00ac, output value 0xff00 on",
     ),
     (
         "06 00 01 00 03",
@@ -67,7 +67,7 @@ const EXAMPLES: &[(&str, Role, &str)] = &[
     (
         "0B FF FF 01 08",
         Role::Response,
-        "function 11 get comm event counter, status 65535 busy, event count 264",
+        "function 11 get comm event counter, status 0xffff busy, event count 264",
     ),
     ("0C", Role::Request, "function 12 get comm event log"),
     (
