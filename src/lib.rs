@@ -7,4 +7,5 @@ pub mod device;
 pub mod line;
 pub mod pipeline;
 pub mod report;
+pub mod simulate;
 pub mod time;

@@ -1,0 +1,31 @@
+//! A bus that isn't there: masters, units, faults, and the adapter that hears them, with the truth beside.
+//!
+//! ```text
+//! scenario ─▶ generic | installation ─▶ bus ────────────▶ tap ──────────▶ adapter ────────▶ Read
+//!             what is asked and said    who talks when    faults, bytes   packets, reads    TruthFrame
+//! ```
+//!
+//! The same seed gives the same bytes at the same times, on every platform and for ever; sample recordings
+//! and the thresholds of tests rest on it. What is on the wire does not depend on the adapter. Memory stays
+//! flat whatever the length, if the truth is taken as it comes.
+
+mod adapter;
+mod adu;
+mod bus;
+mod generic;
+mod installation;
+mod random;
+mod read;
+mod scenario;
+mod sensor;
+mod simulation;
+mod tap;
+mod traffic;
+mod truth;
+mod water;
+
+pub use adapter::{Adapter, AdapterError};
+pub use read::{Read, hex_line};
+pub use scenario::{Equipment, Pace, Scenario};
+pub use simulation::{Config, Simulation};
+pub use truth::{TruthFrame, truth_json_line};
