@@ -1,8 +1,13 @@
 //! From bytes to transactions: pure, with time and bytes as arguments.
 
+pub mod candidate;
 pub mod chunk;
+pub mod crc;
 pub mod frame;
+pub mod framer;
 pub mod function;
 pub mod pdu;
 pub mod shape;
+pub mod stamp;
+pub mod store;
 pub mod transaction;

@@ -39,6 +39,11 @@ impl Shapes {
         self.quirks.binary_search(&Quirk { function, start_register, form }).is_ok()
     }
 
+    /// Tells whether any device declares `form` for this function, at whatever register.
+    pub fn any(&self, function: u8, form: Form) -> bool {
+        self.quirks.iter().any(|quirk| quirk.function == function && quirk.form == form)
+    }
+
     /// Tells whether devices answer at this reserved address.
     pub fn is_service_address(&self, address: u8) -> bool {
         self.service_addresses.binary_search(&address).is_ok()

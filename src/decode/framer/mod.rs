@@ -1,0 +1,314 @@
+//! From stamped bytes to frames and runs of junk, by length, CRC, the outstanding request and hold time.
+//!
+//! Gaps are not trusted: a USB adapter destroys them. [`lattice`] weighs all readings of the undecided bytes with
+//! the scores of [`score`]; [`fast`] answers for it where nothing is in doubt; [`experience`] is what the bus has
+//! taught so far. The last reading wins when the hold time passes in silence.
+
+mod experience;
+mod fast;
+mod lattice;
+mod outstanding;
+mod score;
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use crate::decode::chunk::Chunk;
+use crate::decode::frame::{Boundary, Role};
+use crate::decode::shape::Shapes;
+use crate::decode::stamp::{Stamper, WAKE_NS};
+use crate::decode::store::Store;
+use crate::line::LineSettings;
+use crate::time::{MILLISECOND, Timestamp};
+
+pub use experience::Experience;
+use fast::Glance;
+use lattice::{Context, FrameEdge, Handed, Kind, Lattice};
+pub use outstanding::{Fit, Outstanding};
+
+/// Nanoseconds that an unfinished frame is held at least.
+const HOLD_NS: i64 = 120 * MILLISECOND;
+/// Undecided bytes at which the best reading of all but the last `FORCED_REST` is taken.
+const MOST_UNDECIDED: u64 = 700;
+const FORCED_REST: u64 = 300;
+/// Missing bytes that lengthen the hold, at most.
+const MOST_MISSING: i64 = 64;
+
+/// Is a stretch of the stream that is decided.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Piece {
+    /// A frame with a good CRC and a possible shape.
+    Frame {
+        /// Stream offset of its address.
+        offset: u64,
+        /// Bytes, address to CRC.
+        length: u16,
+        /// The framer's own guess; pairing decides with hindsight.
+        role: Role,
+        /// What showed its end.
+        boundary: Boundary,
+        /// From 0 to 0.99.
+        confidence: f32,
+    },
+    /// Bytes that belong to no frame.
+    Junk {
+        /// Stream offset of the first.
+        offset: u64,
+        /// Stream offset after the last.
+        end: u64,
+        /// The request that was outstanding before.
+        outstanding: Option<Outstanding>,
+    },
+}
+
+/// Splits a bus's bytes; pure, with time as an argument.
+#[derive(Clone, Debug)]
+pub struct Framer {
+    store: Store,
+    stamper: Stamper,
+    shapes: Arc<Shapes>,
+    experience: Experience,
+    lattice: Lattice,
+    /// Nanoseconds of t3.5.
+    gap_ns: i64,
+    last_read: Option<Timestamp>,
+    junk: Option<(u64, u64, Option<Outstanding>)>,
+    pieces: VecDeque<Piece>,
+    short_cut: bool,
+}
+
+macro_rules! context {
+    ($framer:expr) => {
+        Context {
+            store: &$framer.store,
+            stamper: &$framer.stamper,
+            shapes: &$framer.shapes,
+            experience: &$framer.experience,
+            gap_ns: $framer.gap_ns,
+        }
+    };
+}
+
+impl Framer {
+    /// Makes a framer for a line; `adapter_hold_ns` is the longest time the adapter keeps a byte back,
+    /// in nanoseconds, estimated from the reads when `None`.
+    pub fn new(line: LineSettings, adapter_hold_ns: Option<i64>, shapes: Arc<Shapes>) -> Self {
+        Framer {
+            store: Store::default(),
+            stamper: Stamper::new(line, adapter_hold_ns),
+            experience: Experience::new(&shapes),
+            shapes,
+            lattice: Lattice::new(),
+            gap_ns: line.t3_5_ns(),
+            last_read: None,
+            junk: None,
+            pieces: VecDeque::new(),
+            short_cut: true,
+        }
+    }
+
+    /// Sends every byte through the lattice, for tests that hold the short cut against it.
+    pub fn without_short_cut(mut self) -> Self {
+        self.short_cut = false;
+        self
+    }
+
+    /// Returns the bytes kept.
+    pub fn store(&self) -> &Store {
+        &self.store
+    }
+
+    /// Returns the times of the bytes kept.
+    pub fn stamper(&self) -> &Stamper {
+        &self.stamper
+    }
+
+    /// Returns what the bus has taught.
+    pub fn experience(&self) -> &Experience {
+        &self.experience
+    }
+
+    /// Returns how many bytes are undecided.
+    pub fn undecided(&self) -> u64 {
+        self.store.end() - self.lattice.root()
+    }
+
+    /// Returns the offset before which every byte is decided.
+    pub fn decided_end(&self) -> u64 {
+        self.lattice.root()
+    }
+
+    /// Lets go of bytes before `offset`; those undecided stay.
+    pub fn forget_before(&mut self, offset: u64) {
+        let junk = self.junk.map_or(u64::MAX, |(from, ..)| from);
+        let offset = offset.min(self.lattice.root()).min(junk);
+        self.store.forget_before(offset);
+        // The byte before tells the gap.
+        self.stamper.forget_before(offset.saturating_sub(1));
+    }
+
+    /// Returns the next decided piece, in stream order.
+    pub fn next_piece(&mut self) -> Option<Piece> {
+        self.pieces.pop_front()
+    }
+
+    /// Takes in a read. Deadlines before it must have been handled.
+    pub fn push(&mut self, chunk: &Chunk<'_>) {
+        if chunk.bytes.is_empty() {
+            return;
+        }
+        self.last_read = Some(self.stamper.read_time(chunk.time, chunk.bytes.len()));
+        self.stamper.push(chunk.time, chunk.bytes.len());
+        self.store.push(chunk.bytes, chunk.line_errors);
+        self.experience.set_hold_ns(self.stamper.hold_ns());
+        self.decide();
+    }
+
+    /// Decides what the bytes so far allow.
+    fn decide(&mut self) {
+        loop {
+            if self.short_cut
+                && let Some(outstanding) = self.lattice.settled()
+            {
+                match fast::glance(self.lattice.root(), outstanding, &context!(self)) {
+                    Glance::Frame(edge) => {
+                        self.take_short_cut(edge);
+                        continue;
+                    }
+                    Glance::Wait => return,
+                    Glance::Unsure => {}
+                }
+            }
+            if self.lattice.end() == self.store.end() {
+                return;
+            }
+            self.step();
+        }
+    }
+
+    fn take_short_cut(&mut self, edge: FrameEdge) {
+        let before = self.lattice.root_outstanding().copied();
+        let bytes = self.store.slice(edge.offset, edge.end());
+        let after = match edge.kind {
+            Kind::Request => {
+                let end = context!(self).end(edge.end() - 1);
+                Some(Outstanding::new(edge.offset, bytes, end, &self.shapes))
+            }
+            Kind::Echo | Kind::Response(Fit::None) => before,
+            Kind::Response(_) => None,
+        };
+        self.hand_over_frame(edge, before);
+        self.lattice.skip(edge.end(), after);
+    }
+
+    /// Takes one byte into the lattice and hands over what that decides.
+    fn step(&mut self) {
+        self.lattice.step(&context!(self));
+        while let Some(end) = self.lattice.decided(&context!(self)) {
+            self.cut(end);
+        }
+        if self.lattice.end() - self.lattice.root() > MOST_UNDECIDED {
+            self.cut(self.lattice.end() - FORCED_REST);
+            self.flush_junk();
+        }
+    }
+
+    fn cut(&mut self, to: u64) {
+        let mut handed = Vec::new();
+        let mut outstanding = self.lattice.root_outstanding().copied();
+        self.lattice.cut(to, &context!(self), |piece| handed.push(piece));
+        for piece in handed {
+            match piece {
+                Handed::Junk(offset) => {
+                    let (from, _, before) = self.junk.unwrap_or((offset, offset, outstanding));
+                    self.junk = Some((from, offset + 1, before));
+                }
+                Handed::Frame(edge) => {
+                    self.hand_over_frame(edge, outstanding);
+                    if edge.kind == Kind::Request {
+                        let bytes = self.store.slice(edge.offset, edge.end());
+                        let end = context!(self).end(edge.end() - 1);
+                        outstanding = Some(Outstanding::new(edge.offset, bytes, end, &self.shapes));
+                    } else if matches!(edge.kind, Kind::Response(Fit::Full | Fit::Function)) {
+                        outstanding = None;
+                    }
+                }
+            }
+        }
+    }
+
+    fn flush_junk(&mut self) {
+        if let Some((offset, end, outstanding)) = self.junk.take() {
+            self.pieces.push_back(Piece::Junk { offset, end, outstanding });
+        }
+    }
+
+    fn hand_over_frame(&mut self, edge: FrameEdge, outstanding: Option<Outstanding>) {
+        self.flush_junk();
+        self.learn(edge, outstanding);
+        self.pieces.push_back(Piece::Frame {
+            offset: edge.offset,
+            length: edge.length,
+            role: if matches!(edge.kind, Kind::Response(_)) { Role::Response } else { Role::Request },
+            boundary: edge.boundary,
+            confidence: score::confidence(edge.score),
+        });
+    }
+
+    /// Learns from a frame that is decided: its unit, its latency, whether it was an echo.
+    fn learn(&mut self, edge: FrameEdge, outstanding: Option<Outstanding>) {
+        let bytes = self.store.slice(edge.offset, edge.end());
+        let (address, function) = (bytes[0], bytes[1]);
+        self.experience.saw_frame(address, function, edge.boundary == Boundary::Crc);
+        match edge.kind {
+            Kind::Request | Kind::Echo if matches!(function, 1..=4 | 15 | 16) => {
+                self.experience.saw_request(edge.kind == Kind::Echo);
+            }
+            Kind::Response(Fit::Full) if matches!(function, 1..=4) => {
+                let begin = context!(self).end(edge.offset).map(|end| end - self.stamper.character_ns());
+                if let (Some(begin), Some(asked)) = (begin, outstanding.and_then(|o| o.end)) {
+                    self.experience.saw_latency(address, (begin - asked).max(0));
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Returns when silence decides what is still open; a guess that may come early, never late.
+    pub fn deadline(&self) -> Option<Timestamp> {
+        if self.undecided() == 0 {
+            return None;
+        }
+        let hold = HOLD_NS.max(self.stamper.hold_ns() + WAKE_NS + self.gap_ns + 10 * MILLISECOND);
+        let missing = if self.lattice.end() == self.store.end() {
+            i64::from(self.lattice.missing(&context!(self))).min(MOST_MISSING)
+        } else {
+            0 // the lattice has not been asked yet
+        };
+        Some(self.last_read? + hold + self.stamper.character_ns().saturating_mul(missing))
+    }
+
+    /// Decides everything if the hold time has passed in silence by `now`; does nothing else.
+    pub fn expire(&mut self, now: Timestamp) {
+        if self.deadline().is_none_or(|deadline| deadline > now) {
+            return;
+        }
+        while self.lattice.end() < self.store.end() {
+            self.step();
+        }
+        if self.deadline().is_some_and(|deadline| deadline <= now) {
+            self.finish();
+        }
+    }
+
+    /// Decides everything: the input has ended, or silence says so.
+    pub fn finish(&mut self) {
+        while self.lattice.end() < self.store.end() {
+            self.step();
+        }
+        if self.lattice.end() > self.lattice.root() {
+            self.cut(self.lattice.end());
+        }
+        self.flush_junk();
+    }
+}

@@ -1,0 +1,318 @@
+//! When each byte was on the wire: intervals from the read's time, the speed and what the adapter holds back.
+//!
+//! A read at `R` of `n` bytes says: the last byte ended at `R` at the latest, each one before a character
+//! earlier. It says nothing certain of how long the bytes waited: at most the adapter's hold `W` plus the
+//! wake-up allowance, unless the reader was stalled. So a byte has three times: `latest`, `earliest` (as long as
+//! nothing stalled) and `certain` (whatever stalled: the read before would have had it otherwise).
+
+use std::collections::VecDeque;
+
+use crate::decode::chunk::ReadTime;
+use crate::line::LineSettings;
+use crate::time::{Interval, Span, Timestamp};
+
+/// Nanoseconds from a byte being there to an idle host reading it: the wake-up allowance.
+pub const WAKE_NS: i64 = 500_000;
+
+/// Bounds when the last stop bit of a byte ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ByteTime {
+    /// Not before this, even if the host stalled.
+    pub certain: Timestamp,
+    /// Not before this, as long as the host did not stall.
+    pub earliest: Timestamp,
+    /// Not after this.
+    pub latest: Timestamp,
+}
+
+impl ByteTime {
+    /// Returns the interval to report: it assumes that the host did not stall.
+    pub fn interval(self) -> Interval {
+        Interval::new(self.earliest, self.latest)
+    }
+}
+
+/// The bytes of one read that are still of interest.
+#[derive(Clone, Copy, Debug)]
+struct Read {
+    /// Stream offset of the first byte, also when bytes before were forgotten.
+    offset: u64,
+    length: u64,
+    timed: bool,
+    after_silence: bool,
+    /// Bounds of the first byte's end.
+    certain: Timestamp,
+    earliest: Timestamp,
+    /// Upper bound of the last byte's end.
+    latest: Timestamp,
+}
+
+/// Keeps the times of the bytes that the framer still holds.
+#[derive(Clone, Debug)]
+pub struct Stamper {
+    character_ns: i64,
+    /// The longest the adapter keeps a byte back, in nanoseconds.
+    hold_ns: i64,
+    /// Whether the hold is known, not estimated from the reads.
+    hold_known: bool,
+    reads: VecDeque<Read>,
+    /// Time of the last read, and the bounds of its last byte.
+    last_read: Option<Timestamp>,
+    last: Option<(Timestamp, Timestamp)>,
+    /// Offset just after the last byte.
+    end: u64,
+    /// Where untimed input has got to, at line speed from 0.
+    untimed_clock: Timestamp,
+}
+
+impl Stamper {
+    /// Makes a stamper; without a hold it is estimated from how many bytes come at once.
+    pub fn new(line: LineSettings, hold_ns: Option<i64>) -> Self {
+        Stamper {
+            character_ns: line.character_ns(),
+            hold_ns: hold_ns.unwrap_or(0).max(0),
+            hold_known: hold_ns.is_some(),
+            reads: VecDeque::new(),
+            last_read: None,
+            last: None,
+            end: 0,
+            untimed_clock: Timestamp::default(),
+        }
+    }
+
+    /// Returns the time of a character in nanoseconds.
+    pub fn character_ns(&self) -> i64 {
+        self.character_ns
+    }
+
+    /// Returns the longest time the adapter keeps a byte back, in nanoseconds: given, or seen so far.
+    pub fn hold_ns(&self) -> i64 {
+        self.hold_ns
+    }
+
+    /// Returns the time a chunk was read, with untimed input dated at line speed; never goes back.
+    pub fn read_time(&self, time: ReadTime, length: usize) -> Timestamp {
+        match time {
+            ReadTime::At(at) => self.last_read.map_or(at, |last| last.max(at)),
+            ReadTime::Unknown | ReadTime::UnknownAfterSilence => {
+                self.last_read.unwrap_or(self.untimed_clock) + self.character_ns.saturating_mul(length as i64)
+            }
+        }
+    }
+
+    /// Takes in the read of `length` bytes; 0 changes nothing.
+    pub fn push(&mut self, time: ReadTime, length: usize) {
+        if length == 0 {
+            return;
+        }
+        let read = self.read_time(time, length);
+        let timed = matches!(time, ReadTime::At(_));
+        let length = length as u64;
+        if timed && !self.hold_known && length > 1 {
+            let seen = self.character_ns.saturating_mul(length.min(64) as i64);
+            self.hold_ns = self.hold_ns.max(seen);
+        }
+        let entry = self.bound(read, timed, matches!(time, ReadTime::UnknownAfterSilence), length);
+        self.tighten(self.first_latest(&entry) - self.character_ns);
+        let run = self.run_ns(length - 1);
+        self.last = timed.then_some((entry.certain + run, entry.earliest + run));
+        self.last_read = Some(read);
+        self.end += length;
+        self.reads.push_back(entry);
+    }
+
+    /// Bounds a read's bytes by itself and the read before.
+    fn bound(&self, read: Timestamp, timed: bool, after_silence: bool, length: u64) -> Read {
+        let first_latest = read - self.run_ns(length - 1);
+        let held = self.hold_ns + WAKE_NS;
+        let certain = match (self.last, self.last_read) {
+            (Some((certain, _)), Some(last_read)) => (certain + self.character_ns).max(last_read - held),
+            _ => read - held.max(self.run_ns(length)),
+        };
+        // More bytes than the adapter can hold were read late: nothing is known but the certain bound.
+        let stalled = self.hold_known && self.run_ns(length) > held;
+        let earliest = if stalled { certain } else { certain.max(read - held) };
+        let earliest = match self.last {
+            Some((_, earliest_before)) => earliest.max(earliest_before + self.character_ns),
+            None => earliest,
+        };
+        Read {
+            offset: self.end,
+            length,
+            timed,
+            after_silence,
+            // Bytes that come faster than the line's speed allows: the later bound holds.
+            certain: certain.min(first_latest),
+            earliest: earliest.min(first_latest),
+            latest: read,
+        }
+    }
+
+    /// Lowers the upper bounds of the reads before: a byte ended a character before the next.
+    fn tighten(&mut self, mut latest: Timestamp) {
+        let character_ns = self.character_ns;
+        for read in self.reads.iter_mut().rev() {
+            if !read.timed || read.latest <= latest {
+                return;
+            }
+            let run = character_ns.saturating_mul(read.length as i64 - 1);
+            read.latest = latest.max(read.earliest + run);
+            latest = read.latest - run - character_ns;
+        }
+    }
+
+    fn run_ns(&self, characters: u64) -> i64 {
+        self.character_ns.saturating_mul(i64::try_from(characters).unwrap_or(i64::MAX))
+    }
+
+    fn first_latest(&self, read: &Read) -> Timestamp {
+        read.latest - self.run_ns(read.length - 1)
+    }
+
+    /// Forgets the bytes before `offset`.
+    pub fn forget_before(&mut self, offset: u64) {
+        while self.reads.front().is_some_and(|read| read.offset + read.length <= offset) {
+            self.reads.pop_front();
+        }
+    }
+
+    fn find(&self, offset: u64) -> Option<&Read> {
+        let at = self.reads.partition_point(|read| read.offset + read.length <= offset);
+        self.reads.get(at).filter(|read| read.offset <= offset)
+    }
+
+    /// Bounds the end of the byte at `offset`; `None` when the input has no time for it.
+    pub fn byte(&self, offset: u64) -> Option<ByteTime> {
+        let read = self.find(offset)?;
+        if !read.timed {
+            return None;
+        }
+        let run = self.run_ns(offset - read.offset);
+        let left = self.run_ns(read.offset + read.length - 1 - offset);
+        Some(ByteTime {
+            certain: read.certain + run,
+            earliest: read.earliest + run,
+            latest: read.latest - left,
+        })
+    }
+
+    /// Bounds the silence between the byte at `offset` and the one before.
+    ///
+    /// `None` when it may have had any length. An estimated hold makes no lower bound; a known one makes it as
+    /// long as the host did not stall, which a single late byte cannot rule out.
+    pub fn gap_before(&self, offset: u64) -> Option<Span> {
+        let before = self.byte(offset.checked_sub(1)?)?;
+        let after = self.byte(offset)?;
+        let least = if self.hold_known { after.earliest - before.latest - self.character_ns } else { 0 };
+        let most = after.latest - before.certain - self.character_ns;
+        Some(Span { least: least.max(0), most: most.max(0) })
+    }
+
+    /// Tells whether a silence of at least `gap_ns` may lie before the byte at `offset`.
+    pub fn gap_possible(&self, offset: u64, gap_ns: i64) -> bool {
+        match self.gap_before(offset) {
+            Some(gap) => gap.most >= gap_ns,
+            None => self.find(offset).is_none_or(|read| {
+                // Bytes of one untimed line belong together; raw bytes tell nothing.
+                read.offset == offset || !self.reads.iter().any(|read| read.after_silence)
+            }),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::time::MILLISECOND;
+
+    const TC: i64 = 1_041_667; // a character at 9600 8N1
+
+    fn at(ms: i64) -> ReadTime {
+        ReadTime::At(Timestamp::from_ns(ms * MILLISECOND))
+    }
+
+    fn stamper(hold_ms: Option<i64>) -> Stamper {
+        Stamper::new(LineSettings::default(), hold_ms.map(|ms| ms * MILLISECOND))
+    }
+
+    #[test]
+    fn bytes_of_one_read_lie_a_character_apart_below_the_read_time() {
+        let mut stamper = stamper(Some(16));
+        stamper.push(at(1000), 3);
+        let times: Vec<_> = (0..3).map(|i| stamper.byte(i).expect("timed")).collect();
+        assert_eq!(times[2].latest, Timestamp::from_ns(1000 * MILLISECOND));
+        assert_eq!(times[2].latest - times[1].latest, TC);
+        assert_eq!(times[1].earliest - times[0].earliest, TC);
+        assert_eq!(times[0].earliest, Timestamp::from_ns(1000 * MILLISECOND - 16 * MILLISECOND - WAKE_NS));
+    }
+
+    #[test]
+    fn a_byte_cannot_be_older_than_the_read_before_allows() {
+        let mut stamper = stamper(Some(16));
+        stamper.push(at(1000), 1);
+        stamper.push(at(5000), 1);
+        let late = stamper.byte(1).expect("timed");
+        // Had the host stalled it could have come right after the first read; otherwise it is fresh.
+        let first = stamper.byte(0).expect("timed");
+        assert_eq!(late.certain, first.certain + TC);
+        assert_eq!(late.earliest, Timestamp::from_ns(5000 * MILLISECOND - 16 * MILLISECOND - WAKE_NS));
+    }
+
+    #[test]
+    fn a_read_larger_than_the_adapter_holds_was_stalled() {
+        let mut stamper = stamper(Some(1));
+        stamper.push(at(1000), 1);
+        stamper.push(at(1100), 40);
+        let first = stamper.byte(1).expect("timed");
+        assert_eq!(first.earliest, first.certain);
+        assert!(first.earliest < first.latest);
+    }
+
+    #[test]
+    fn the_next_read_tightens_the_bytes_before() {
+        let mut stamper = stamper(Some(16));
+        stamper.push(at(1000), 2);
+        stamper.push(at(1010), 12);
+        let last = stamper.byte(1).expect("timed");
+        assert_eq!(last.latest, Timestamp::from_ns(1010 * MILLISECOND) - 12 * TC);
+        let mut before = stamper.byte(0).expect("timed");
+        for offset in 1..14 {
+            let byte = stamper.byte(offset).expect("timed");
+            assert!(byte.certain <= byte.earliest && byte.earliest <= byte.latest);
+            assert!(byte.latest - before.latest >= TC && byte.earliest - before.earliest >= TC);
+            before = byte;
+        }
+    }
+
+    #[test]
+    fn an_estimated_hold_makes_no_gap_certain() {
+        for (hold, certain) in [(Some(1), true), (None, false)] {
+            let mut stamper = stamper(hold);
+            stamper.push(at(1000), 1);
+            stamper.push(at(1100), 1);
+            let gap = stamper.gap_before(1).expect("timed");
+            assert_eq!(gap.least > 90 * MILLISECOND, certain, "{hold:?}");
+            assert!(gap.most >= 98 * MILLISECOND);
+        }
+    }
+
+    #[test]
+    fn untimed_bytes_have_no_time_but_go_on_at_line_speed() {
+        let mut stamper = stamper(None);
+        stamper.push(ReadTime::Unknown, 100);
+        assert_eq!(stamper.byte(5), None);
+        assert_eq!(stamper.read_time(ReadTime::Unknown, 10), Timestamp::from_ns(110 * TC));
+    }
+
+    #[test]
+    fn impossible_times_keep_the_order_of_the_bounds() {
+        let mut stamper = stamper(None);
+        for time in [i64::MAX, 0, i64::MIN, 5] {
+            stamper.push(ReadTime::At(Timestamp::from_ns(time)), 300);
+        }
+        for offset in 0..1200 {
+            let byte = stamper.byte(offset).expect("timed");
+            assert!(byte.certain <= byte.earliest && byte.earliest <= byte.latest, "{offset}");
+        }
+    }
+}
