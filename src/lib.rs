@@ -2,6 +2,8 @@
 
 pub mod analyze;
 pub mod capture;
+pub mod cli;
+pub mod command;
 pub mod decode;
 pub mod device;
 pub mod line;

@@ -1,3 +1,10 @@
-//! The program: see the library.
+//! Parses the arguments, runs the command, and ends with its exit status.
 
-fn main() {}
+use std::process::ExitCode;
+
+use clap::Parser;
+use rtutap::{cli, command};
+
+fn main() -> ExitCode {
+    command::run(&cli::Cli::parse())
+}

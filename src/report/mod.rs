@@ -4,14 +4,17 @@ mod clock;
 pub mod columns;
 mod csv;
 mod gate;
+pub mod info;
 mod json;
 mod rows;
+mod subject;
 mod text;
 
 pub use clock::{Clock, TimeStyle};
 pub use csv::Csv;
 pub use json::Json;
 pub use rows::{Judge, Rows, Show};
+pub use subject::passes;
 pub use text::{Guess, Text};
 
 use crate::pipeline::Event;
