@@ -90,6 +90,14 @@ impl Stamper {
         self.hold_ns
     }
 
+    /// Returns the time of silences before a chunk: its read's, or for untimed input that of the read before.
+    pub fn silent_until(&self, time: ReadTime) -> Option<Timestamp> {
+        match time {
+            ReadTime::At(at) => Some(self.last_read.map_or(at, |last| last.max(at))),
+            ReadTime::Unknown | ReadTime::UnknownAfterSilence => self.last_read,
+        }
+    }
+
     /// Returns the time a chunk was read, with untimed input dated at line speed; never goes back.
     pub fn read_time(&self, time: ReadTime, length: usize) -> Timestamp {
         match time {
@@ -194,6 +202,12 @@ impl Stamper {
             earliest: read.earliest + run,
             latest: read.latest - left,
         })
+    }
+
+    /// Returns when the byte at `offset` was there at the latest, untimed input at line speed.
+    pub fn arrival(&self, offset: u64) -> Option<Timestamp> {
+        let read = self.find(offset)?;
+        Some(read.latest - self.run_ns(read.offset + read.length - 1 - offset))
     }
 
     /// Bounds the silence between the byte at `offset` and the one before.

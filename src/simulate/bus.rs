@@ -168,7 +168,10 @@ impl Bus {
         let character = self.line.character_ns();
         let mut pause = (0, 0);
         if self.scenario.pace == Pace::Sloppy && self.random.chance(0.05) {
-            pause = (self.random.range(1, bytes.len() as i64 - 1) as usize, self.random.times(character, 0.0, 10.0));
+            pause = (
+                self.random.range(1, bytes.len() as i64 - 1) as usize,
+                self.random.times(character, 0.0, 10.0),
+            );
         }
         let transmission = Transmission { start, bytes, role, echo, request, pause };
         let (index, end) = (self.sent, transmission.end(character));

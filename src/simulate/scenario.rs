@@ -97,7 +97,7 @@ const CLEAN: Scenario = Scenario {
 /// The same, heard by a busy host.
 const STALLS: Scenario = Scenario {
     name: "stalls",
-    summary: "the listener wakes late now and then, as in all scenarios below up to 'everything-bad'",
+    summary: "a listener that wakes late now and then, as in all scenarios after this one",
     stall: 0.02,
     ..CLEAN
 };
@@ -119,20 +119,15 @@ static ALL: [Scenario; 23] = [
         summary: "the same with a tired conductivity probe, a glitching driver and bit errors",
         equipment: Equipment::RunningInstallation,
         no_response: 0.25,
-        late: 0.1,
+        late: 0.15,
         one_weak_unit: true,
         retries: 1,
-        corrupt: 0.001,
-        glitch: 0.05,
+        corrupt: 0.004,
+        glitch: 0.08,
         ..INSTALLATION
     },
     CLEAN,
-    Scenario {
-        name: "tight",
-        summary: "silences of 3.5 to 6 characters",
-        pace: Pace::Tight,
-        ..CLEAN
-    },
+    Scenario { name: "tight", summary: "silences of 3.5 to 6 characters", pace: Pace::Tight, ..CLEAN },
     Scenario {
         name: "sloppy",
         summary: "answers after a character, pauses inside frames",
@@ -166,7 +161,12 @@ static ALL: [Scenario; 23] = [
         pace: Pace::Tight,
         ..STALLS
     },
-    Scenario { name: "corrupt-0.01", summary: "a wrong bit in 0.01 % of the bytes", corrupt: 0.0001, ..STALLS },
+    Scenario {
+        name: "corrupt-0.01",
+        summary: "a wrong bit in 0.01 % of the bytes",
+        corrupt: 0.0001,
+        ..STALLS
+    },
     Scenario { name: "corrupt-0.1", summary: "a wrong bit in 0.1 % of the bytes", corrupt: 0.001, ..STALLS },
     Scenario { name: "corrupt-1", summary: "a wrong bit in 1 % of the bytes", corrupt: 0.01, ..STALLS },
     Scenario { name: "drops", summary: "0.1 % of the bytes are lost", drop: 0.001, ..STALLS },

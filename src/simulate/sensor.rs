@@ -158,7 +158,7 @@ fn floats<const N: usize>(values: [f32; N]) -> Vec<u8> {
 
 /// Writes a time as the sonde has it: second, minute, hour, day, month, 0, year, 0, in BCD (manual, 2.2.6).
 pub(super) fn bcd_time(time: Timestamp) -> [u8; 8] {
-    let bcd = |n: u32| ((n / 10 % 10) << 4 | n % 10) as u8;
+    let bcd = |n: u32| (((n / 10 % 10) << 4) | (n % 10)) as u8;
     let at = DateTime::from_timestamp_nanos(time.as_ns());
     let year = at.year().rem_euclid(100).unsigned_abs();
     [bcd(at.second()), bcd(at.minute()), bcd(at.hour()), bcd(at.day()), bcd(at.month()), 0, bcd(year), 0]

@@ -77,8 +77,12 @@ impl Tap {
         let spans: Vec<_> = burst.iter().map(|sent| (sent.start, sent.end(character))).collect();
         let mut free = Timestamp::MIN;
         for (index, sent) in burst.iter().enumerate() {
-            let others: Vec<_> =
-                spans.iter().enumerate().filter(|(other, _)| *other != index).map(|(_, span)| *span).collect();
+            let others: Vec<_> = spans
+                .iter()
+                .enumerate()
+                .filter(|(other, _)| *other != index)
+                .map(|(_, span)| *span)
+                .collect();
             self.receive(sent, free, &others);
             free = free.max(sent.end(character));
         }

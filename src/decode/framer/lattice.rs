@@ -333,8 +333,15 @@ impl Lattice {
                     score: base + reading,
                 };
                 let outstanding = match kind {
-                    Kind::Request => self.request_index(offset, bytes, context),
-                    Kind::Echo | Kind::Response(Fit::None) => entry.outstanding,
+                    Kind::Request => {
+                        let end = context.end(end - 1);
+                        self.request_index(Outstanding::new(offset, bytes, end, context.shapes))
+                    }
+                    Kind::Echo => match outstanding {
+                        Some(outstanding) => self.request_index(outstanding.after_echo()),
+                        None => NOTHING,
+                    },
+                    Kind::Response(Fit::None) => entry.outstanding,
                     Kind::Response(_) => NOTHING,
                 };
                 let first = if entry.first.0 == entry.first.1 { (offset, end) } else { entry.first };
@@ -353,13 +360,12 @@ impl Lattice {
     }
 
     /// Returns the index of a request, adding it if it is new.
-    fn request_index(&mut self, offset: u64, bytes: &[u8], context: &Context<'_>) -> u16 {
-        let same = |r: &Outstanding| r.offset == offset && r.same_bytes(bytes);
+    fn request_index(&mut self, request: Outstanding) -> u16 {
+        let same = |known: &Outstanding| (known.offset, known.echoed) == (request.offset, request.echoed);
         if let Some(index) = self.requests.iter().position(same) {
             return index as u16;
         }
-        let end = context.end(offset + bytes.len() as u64 - 1);
-        self.requests.push(Outstanding::new(offset, bytes, end, context.shapes));
+        self.requests.push(request);
         (self.requests.len() - 1) as u16
     }
 

@@ -8,7 +8,7 @@ mod experience;
 mod fast;
 mod lattice;
 mod outstanding;
-mod score;
+pub(in crate::decode) mod score;
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -147,12 +147,18 @@ impl Framer {
         self.stamper.forget_before(offset.saturating_sub(1));
     }
 
-    /// Returns the next decided piece, in stream order.
+    /// Decides what the bytes so far allow, and returns the next piece, in stream order.
     pub fn next_piece(&mut self) -> Option<Piece> {
+        while self.pieces.is_empty() && self.advance() {}
         self.pieces.pop_front()
     }
 
-    /// Takes in a read. Deadlines before it must have been handled.
+    /// Tells whether the next piece is decided already, and is a frame.
+    pub fn frame_follows(&self) -> bool {
+        matches!(self.pieces.front(), Some(Piece::Frame { .. }))
+    }
+
+    /// Takes in a read; all pieces and deadlines before it must have been taken.
     pub fn push(&mut self, chunk: &Chunk<'_>) {
         if chunk.bytes.is_empty() {
             return;
@@ -161,29 +167,25 @@ impl Framer {
         self.stamper.push(chunk.time, chunk.bytes.len());
         self.store.push(chunk.bytes, chunk.line_errors);
         self.experience.set_hold_ns(self.stamper.hold_ns());
-        self.decide();
     }
 
-    /// Decides what the bytes so far allow.
-    fn decide(&mut self) {
-        loop {
-            if self.short_cut
-                && let Some(outstanding) = self.lattice.settled()
-            {
-                match fast::glance(self.lattice.root(), outstanding, &context!(self)) {
-                    Glance::Frame(edge) => {
-                        self.take_short_cut(edge);
-                        continue;
-                    }
-                    Glance::Wait => return,
-                    Glance::Unsure => {}
+    /// Looks at the next frame or byte; returns whether there was one.
+    fn advance(&mut self) -> bool {
+        if self.short_cut && let Some(outstanding) = self.lattice.settled() {
+            match fast::glance(self.lattice.root(), outstanding, &context!(self)) {
+                Glance::Frame(edge) => {
+                    self.take_short_cut(edge);
+                    return true;
                 }
+                Glance::Wait => return false,
+                Glance::Unsure => {}
             }
-            if self.lattice.end() == self.store.end() {
-                return;
-            }
-            self.step();
         }
+        if self.lattice.end() == self.store.end() {
+            return false;
+        }
+        self.step();
+        true
     }
 
     fn take_short_cut(&mut self, edge: FrameEdge) {
@@ -194,7 +196,8 @@ impl Framer {
                 let end = context!(self).end(edge.end() - 1);
                 Some(Outstanding::new(edge.offset, bytes, end, &self.shapes))
             }
-            Kind::Echo | Kind::Response(Fit::None) => before,
+            Kind::Echo => before.map(Outstanding::after_echo),
+            Kind::Response(Fit::None) => before,
             Kind::Response(_) => None,
         };
         self.hand_over_frame(edge, before);
@@ -274,7 +277,7 @@ impl Framer {
         }
     }
 
-    /// Returns when silence decides what is still open; a guess that may come early, never late.
+    /// Returns when silence decides what is still open, once all pieces were taken; it may come early, never late.
     pub fn deadline(&self) -> Option<Timestamp> {
         if self.undecided() == 0 {
             return None;

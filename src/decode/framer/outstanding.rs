@@ -29,6 +29,8 @@ pub struct Outstanding {
     /// Whether a device declares forms of its own for this register.
     declared: bool,
     counts_registers: bool,
+    /// Whether its echo has come: there is only one.
+    pub echoed: bool,
     length: u16,
     start_register: u16,
     quantity: u16,
@@ -57,6 +59,7 @@ impl Outstanding {
             declared: shapes.declares(function, start_register, Form::ZeroQuantity)
                 || shapes.declares(function, start_register, Form::UncountedData),
             counts_registers: shapes.declares(function, start_register, Form::CountsRegisters),
+            echoed: false,
             length: bytes.len() as u16,
             start_register,
             quantity: word(4),
@@ -64,6 +67,11 @@ impl Outstanding {
             crc: [bytes[bytes.len() - 2], bytes[bytes.len() - 1]],
             end,
         }
+    }
+
+    /// Returns the request after its echo.
+    pub fn after_echo(self) -> Self {
+        Outstanding { echoed: true, ..self }
     }
 
     /// Tells whether nobody answers it.
@@ -76,6 +84,11 @@ impl Outstanding {
         bytes.len() == usize::from(self.length)
             && bytes[..bytes.len().min(8)] == self.head[..bytes.len().min(8)]
             && bytes.ends_with(&self.crc)
+    }
+
+    /// Tells whether the bytes begin like the request again: address, function and start register.
+    pub fn repeats(&self, bytes: &[u8]) -> bool {
+        self.length >= 8 && bytes.len() >= 4 && bytes[..4] == self.head[..4]
     }
 
     /// Tells whether the request begins with the bytes.

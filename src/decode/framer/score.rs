@@ -25,7 +25,7 @@ pub const LONE_BYTE: f32 = 0.5;
 /// The best an unfinished frame can score, besides a zero extension.
 pub const BEST_TAIL: f32 = RESPONSE_FITS;
 
-const RESPONSE_FITS: f32 = 5.0;
+pub const RESPONSE_FITS: f32 = 5.0;
 const SAME_AS_OUTSTANDING: f32 = 5.0;
 const UNTIMED_ECHO: f32 = -4.0;
 
@@ -74,13 +74,12 @@ pub fn echo(
     since: Option<i64>,
     experience: &Experience,
 ) -> Option<f32> {
-    let outstanding = outstanding.filter(|o| junk == 0 && o.same_bytes(bytes))?;
+    outstanding.filter(|o| junk == 0 && !o.echoed && o.same_bytes(bytes))?;
     let untimed = match since {
         Some(since) if since >= experience.hold_ns() + 8 * MILLISECOND => return None,
         Some(_) => 0.0,
         None => UNTIMED_ECHO,
     };
-    debug_assert!(!outstanding.is_broadcast() || bytes[0] == 0);
     Some(SAME_AS_OUTSTANDING + experience.ln_echo() + untimed)
 }
 
@@ -105,7 +104,7 @@ pub fn response(
         score += tardiness(since, experience.limit_ns(outstanding.address));
     }
     if matches!(bytes[1], 5 | 6 | 8 | 22) {
-        score += experience.ln_no_echo();
+        score += if outstanding.echoed { 0.0 } else { experience.ln_no_echo() };
     } else if !matches!(bytes[1], 15 | 16 | 20 | 21) && outstanding.starts_with(bytes) {
         score -= 8.0;
     }

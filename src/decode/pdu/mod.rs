@@ -50,9 +50,11 @@ impl Dissection<'_> {
         self.stopped.is_none() && self.fields.iter().all(|field| field.remark != Some(Remark::LeftOver))
     }
 
-    /// Ranks how well the form fits: whole before not, then the fewer remarks the better.
-    fn fit(&self) -> (bool, Reverse<usize>) {
-        (self.is_whole(), Reverse(self.fields.iter().filter(|field| field.remark.is_some()).count()))
+    /// Ranks how well the form fits: complete, then few bytes left over, then few remarks.
+    fn fit(&self) -> (bool, Reverse<usize>, Reverse<usize>) {
+        let left_over = self.fields.iter().filter(|field| field.remark == Some(Remark::LeftOver));
+        let remarks = self.fields.iter().filter(|field| field.remark.is_some()).count();
+        (self.stopped.is_none(), Reverse(left_over.map(|field| field.span.len()).sum()), Reverse(remarks))
     }
 
     /// Returns the field that covers a byte, counted from the address.
@@ -85,7 +87,7 @@ pub fn dissect(bytes: &[u8], role: Role) -> Dissection<'_> {
     }
     let mut request = read(bytes, Role::Request);
     let response = read(bytes, Role::Response);
-    if request.fields == response.fields {
+    if request.fields == response.fields && request.stopped == response.stopped {
         request.role = Role::Unknown;
     } else if request.fit() == response.fit() {
         if let Some(function) = request.fields.get_mut(1) {

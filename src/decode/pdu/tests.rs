@@ -317,6 +317,10 @@ fn an_unknown_direction_is_settled_by_the_form_or_said() {
         Role::Response,
         "27397 coils are too many"
     );
+    let (uncounted, counted) = (frame("03 00 12 34"), frame("03 04 01 02 03 04 05 06 07 08"));
+    assert_eq!(dissect(&uncounted, Role::Unknown).role, Role::Response, "two bytes beside the form");
+    assert_eq!(dissect(&counted, Role::Unknown).role, Role::Response, "a request would leave more over");
+    assert_eq!(dissect(&frame("10 1C 00 00 00"), Role::Unknown).role, Role::Response, "whole as that only");
     // A request for five coils from 0x0300 and a response of three bytes look alike.
     let bytes = frame("01 03 00 00 05");
     let either = dissect(&bytes, Role::Unknown);

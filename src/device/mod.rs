@@ -1,0 +1,37 @@
+//! From transactions to meaning: which device is at an address, and what it says.
+//!
+//! ```text
+//!  profiles/*.toml ──▶ parse ──▶ profile ──▶ registry ─────┐ what each profile declares, and who agrees
+//!                                                          ▼
+//!  transaction ──▶ exchange ──▶ known ──▶ identify ──▶ meaning ──▶ field, reading ──▶ derive
+//!                  what it      what fits   (Devices)     command, fields, readings     formulas
+//!                  tells        an address
+//! ```
+//!
+//! Everything a vendor does is in a profile; the code knows no device.
+
+mod data;
+mod derive;
+mod encoding;
+mod exchange;
+mod field;
+mod identify;
+mod known;
+mod meaning;
+mod parse;
+mod problem;
+mod profile;
+mod registry;
+mod value;
+
+pub use derive::{Environment, Formula};
+pub use encoding::{Encoding, Order};
+pub use field::{Field, Reading};
+pub use identify::{Devices, Identified, UnknownDevice};
+pub use meaning::{Likely, Meaning};
+pub use problem::{Problem, ProfileError};
+pub use profile::{
+    Command, Condition, Derived, FieldSpec, Note, NoteAt, Profile, SerialNumberRule, Show, Source,
+};
+pub use registry::Profiles;
+pub use value::Value;

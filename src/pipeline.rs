@@ -1,0 +1,462 @@
+//! Decode, device and analyze joined: the bytes of a bus go in, events come out.
+//!
+//! Time is chunk time: [`Pipeline::handle_bytes`] first fires every deadline up to its chunk's read time, so that a
+//! live bus and its recording decide alike.
+
+use std::sync::Arc;
+
+use crate::decode::chunk::{Chunk, LineError, ReadTime};
+use crate::decode::damage::{self, Surroundings};
+use crate::decode::frame::{Boundary, Damaged, Frame, Place, Role, WireTime};
+use crate::decode::framer::{Framer, Piece};
+use crate::decode::function::FunctionCode;
+use crate::decode::pairing::{Assembled, Choice, Item, Pairing, Settled, What, frame_readings};
+use crate::decode::pdu;
+use crate::decode::shape::Shapes;
+use crate::decode::store::Store;
+use crate::decode::transaction::{Outcome, Side, Transaction};
+use crate::device::{Devices, Identified, Meaning, Reading};
+use crate::line::LineSettings;
+use crate::time::{Span, Timestamp};
+
+/// Holds what a pipeline is made with.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// Speed and character format of the bus.
+    pub line: LineSettings,
+    /// The longest time the adapter keeps a byte back, in nanoseconds; estimated from the reads when `None`.
+    pub adapter_hold_ns: Option<i64>,
+    /// The id of the first frame or damaged run.
+    pub first_frame_id: u64,
+    /// The id of the first transaction.
+    pub first_transaction_id: u64,
+    /// Whether readings are wanted as events.
+    pub readings: bool,
+}
+
+/// Names how bytes were lost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LostKind {
+    /// The UART or the kernel had no room.
+    Overrun,
+    /// The program did not keep up.
+    Queue,
+    /// They could not be written.
+    Disk,
+    /// The adapter or server went away.
+    SourceGone,
+}
+
+impl LostKind {
+    /// Returns the name used in JSON lines.
+    pub fn name(self) -> &'static str {
+        match self {
+            LostKind::Overrun => "overrun",
+            LostKind::Queue => "queue",
+            LostKind::Disk => "disk",
+            LostKind::SourceGone => "source-gone",
+        }
+    }
+}
+
+/// Says that bytes are missing from the stream.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Lost {
+    /// When it was noticed; `None` without times.
+    pub time: Option<Timestamp>,
+    /// Where in the stream they are missing.
+    pub stream_offset: u64,
+    /// How.
+    pub kind: LostKind,
+    /// How many bytes; 0 when not known.
+    pub count: u64,
+}
+
+/// Is what comes out of the pipeline, in the order in which nothing can change it any more.
+#[derive(Clone, Debug)]
+pub enum Event<'a> {
+    /// A frame, in stream order with the damaged runs.
+    Frame(Frame<'a>),
+    /// A damaged run.
+    Damaged(Damaged<'a>),
+    /// Bytes that were lost.
+    Lost(Lost),
+    /// A device became known, or another one took its place.
+    Identified {
+        /// What was found, and by what.
+        identified: Identified,
+        /// End of the transaction that showed it.
+        time: Option<Timestamp>,
+    },
+    /// A request and what became of it, after its last frame.
+    Transaction {
+        /// The transaction.
+        transaction: Transaction<'a>,
+        /// What it means, by what was known then.
+        meaning: Meaning<'a>,
+    },
+    /// A measured or derived quantity, right after its transaction.
+    Reading {
+        /// The quantity.
+        reading: Reading<'a>,
+        /// End of the response.
+        time: Option<Timestamp>,
+        /// Unit address.
+        address: u8,
+        /// Id of the transaction.
+        transaction: u64,
+    },
+}
+
+/// A transaction whose readings are still to come.
+#[derive(Clone, Copy, Debug)]
+struct Current {
+    assembled: Assembled,
+    id: u64,
+    /// Where its events have got to.
+    stage: Stage,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Stage {
+    Observe,
+    Say,
+    Reading { next: usize, count: usize },
+}
+
+/// What the next event is about, before it is given bytes.
+enum Row {
+    Lost(Lost),
+    Item(Item, Choice),
+    Identified(Identified, Option<Timestamp>),
+    Transaction(Current),
+    Reading(Current, usize),
+}
+
+/// Decodes one bus.
+pub struct Pipeline {
+    framer: Framer,
+    pairing: Pairing,
+    devices: Devices,
+    shapes: Arc<Shapes>,
+    line: LineSettings,
+    readings: bool,
+    next_frame: u64,
+    next_transaction: u64,
+    /// Offset after the last frame handed over by the framer.
+    frame_end: Option<u64>,
+    current: Option<Current>,
+    lost: Option<Lost>,
+    /// Time of the last chunk or time-out.
+    now: Timestamp,
+    line_errors: Vec<LineError>,
+}
+
+impl Pipeline {
+    /// Makes a pipeline for a bus with these devices; `shapes` are the forms that profiles declare.
+    pub fn new(options: Options, devices: Devices, shapes: Shapes) -> Self {
+        let shapes = Arc::new(shapes);
+        Pipeline {
+            framer: Framer::new(options.line, options.adapter_hold_ns, Arc::clone(&shapes)),
+            pairing: Pairing::new(),
+            devices,
+            shapes,
+            line: options.line,
+            readings: options.readings,
+            next_frame: options.first_frame_id,
+            next_transaction: options.first_transaction_id,
+            frame_end: None,
+            current: None,
+            lost: None,
+            now: Timestamp::MIN,
+            line_errors: Vec::new(),
+        }
+    }
+
+    /// Sends every byte through the framer's lattice, for tests that hold the short cut against it.
+    pub fn without_short_cut(mut self) -> Self {
+        self.framer = self.framer.without_short_cut();
+        self
+    }
+
+    /// Takes in the bytes of one read, with its times and line errors; fires the deadlines before it first.
+    pub fn handle_bytes(&mut self, chunk: &Chunk<'_>) {
+        if let Some(silent_until) = self.framer.stamper().silent_until(chunk.time) {
+            self.handle_timeout(silent_until);
+        } else {
+            self.pump();
+        }
+        self.forget();
+        self.framer.push(chunk);
+        if matches!(chunk.time, ReadTime::At(_)) {
+            self.now = self.now.max(self.framer.stamper().read_time(chunk.time, 0));
+        }
+    }
+
+    /// Decides what silence up to `now` decides; does nothing when called without need.
+    pub fn handle_timeout(&mut self, now: Timestamp) {
+        self.pump();
+        self.now = self.now.max(now);
+        loop {
+            self.framer.expire(now);
+            let before = self.next_frame;
+            self.pump();
+            if self.next_frame == before {
+                break;
+            }
+        }
+        self.pairing.expire(now);
+    }
+
+    /// Returns when silence would decide something; it may come early, never late.
+    ///
+    /// Ask when all events were taken.
+    pub fn poll_timeout(&self) -> Option<Timestamp> {
+        [self.framer.deadline(), self.pairing.deadline()].into_iter().flatten().min()
+    }
+
+    /// Decides everything: the input has ended.
+    pub fn finish(&mut self) {
+        self.pump();
+        self.framer.finish();
+        self.pump();
+        self.pairing.finish();
+    }
+
+    /// Takes in that bytes are missing after those handled so far.
+    pub fn handle_lost(&mut self, lost: Lost) {
+        self.lost = Some(lost);
+    }
+
+    /// Returns the ids that the next frame and the next transaction would get.
+    pub fn next_ids(&self) -> (u64, u64) {
+        (self.next_frame, self.next_transaction)
+    }
+
+    /// Returns an id: every frame or run with a smaller one belongs to a transaction that came out, or to none.
+    pub fn settled_frame_id(&self) -> u64 {
+        self.pairing.oldest().map_or(self.next_frame, |item| item.id)
+    }
+
+    /// Lets go of the bytes that no later event needs.
+    fn forget(&mut self) {
+        let oldest = self.pairing.oldest().map_or(u64::MAX, |item| item.offset);
+        let waiting = self.pairing.waiting().unwrap_or(u64::MAX);
+        let current = self.current.and_then(|current| current.assembled.request.or(current.assembled.response));
+        let current = current.map_or(u64::MAX, |item| item.offset);
+        self.framer.forget_before(oldest.min(waiting).min(current));
+    }
+
+    /// Takes all pieces from the framer to the pairing.
+    fn pump(&mut self) {
+        while self.pump_one() {}
+    }
+
+    fn pump_one(&mut self) -> bool {
+        match self.framer.next_piece() {
+            None => return false,
+            Some(Piece::Frame { offset, length, boundary, confidence, .. }) => {
+                self.pair_frame(offset, length, boundary, confidence);
+                self.frame_end = Some(offset + u64::from(length));
+            }
+            Some(Piece::Junk { offset, end, outstanding }) => {
+                let mut runs = Vec::new();
+                let around = Surroundings {
+                    shapes: &self.shapes,
+                    experience: self.framer.experience(),
+                    stamper: self.framer.stamper(),
+                    gap_ns: self.line.t3_5_ns(),
+                    frame_before: self.frame_end == Some(offset),
+                    frame_after: self.framer.frame_follows(),
+                };
+                let bytes = self.framer.store().slice(offset, end);
+                damage::split(bytes, offset, outstanding, &around, |run| runs.push(run));
+                for run in runs {
+                    let item = self.item(run.offset, run.length, What::Run(run));
+                    self.pair(item);
+                }
+            }
+        }
+        true
+    }
+
+    fn pair_frame(&mut self, offset: u64, length: u16, boundary: Boundary, confidence: f32) {
+        let end = offset + u64::from(length);
+        let bytes = self.framer.store().slice(offset, end);
+        let ended = self.framer.stamper().byte(end - 1).map(|byte| byte.interval().midpoint());
+        let (request, response) = frame_readings(bytes, offset, boundary, ended, &self.shapes);
+        let function = FunctionCode(bytes[1]); // a frame has at least four bytes
+        let what = What::Frame { function, boundary, confidence, request, response };
+        let item = self.item(offset, u64::from(length), what);
+        self.pair(item);
+    }
+
+    fn pair(&mut self, item: Item) {
+        if item.time.is_none() {
+            self.pairing.expire(item.at);
+        }
+        self.pairing.push(item, self.framer.store(), self.framer.experience());
+    }
+
+    /// Gives a stretch of the stream its id and times.
+    fn item(&mut self, offset: u64, length: u64, what: What) -> Item {
+        let id = self.next_frame;
+        self.next_frame += 1;
+        let stamper = self.framer.stamper();
+        let time = stamper.byte(offset).zip(stamper.byte(offset + length - 1)).map(|(first, last)| WireTime {
+            start: first.interval().shifted(-stamper.character_ns()),
+            end: last.interval(),
+        });
+        let before = offset.checked_sub(1).and_then(|before| stamper.byte(before));
+        let gap_before = before.zip(time).map(|(before, time)| not_negative(before.interval().until(time.start)));
+        let arrival = || stamper.arrival(offset + length - 1).unwrap_or(self.now);
+        let at = if time.is_some() { self.now } else { arrival() };
+        Item { id, offset, length, time, gap_before, at, what }
+    }
+
+    /// Returns the next event. Take them all after each call that takes something in.
+    pub fn poll_event(&mut self) -> Option<Event<'_>> {
+        Some(match self.next_row()? {
+            Row::Lost(lost) => Event::Lost(lost),
+            Row::Item(item, choice) => self.item_event(item, choice),
+            Row::Identified(identified, time) => Event::Identified { identified, time },
+            Row::Transaction(current) => {
+                let transaction = self.transaction(&current);
+                Event::Transaction { transaction, meaning: self.devices.meaning(&transaction) }
+            }
+            Row::Reading(current, index) => {
+                let transaction = self.transaction(&current);
+                let reading = self.devices.meaning(&transaction).readings().nth(index)?;
+                Event::Reading {
+                    reading,
+                    time: transaction.response.and_then(|side| side.time).map(|time| time.end.midpoint()),
+                    address: transaction.address,
+                    transaction: transaction.id,
+                }
+            }
+        })
+    }
+
+    /// Says what the next event is about; a transaction is followed by its readings.
+    fn next_row(&mut self) -> Option<Row> {
+        if let Some(lost) = self.lost.take() {
+            return Some(Row::Lost(lost));
+        }
+        loop {
+            if let Some(mut current) = self.current.take() {
+                match current.stage {
+                    Stage::Observe => {
+                        self.current = Some(Current { stage: Stage::Say, ..current });
+                        if let Some(row) = self.observe(&current) {
+                            return Some(row);
+                        }
+                    }
+                    Stage::Say => {
+                        current.stage = Stage::Reading { next: 0, count: self.count_readings(&current) };
+                        self.current = Some(current);
+                        return Some(Row::Transaction(current));
+                    }
+                    Stage::Reading { next, count } if next < count => {
+                        current.stage = Stage::Reading { next: next + 1, count };
+                        self.current = Some(current);
+                        return Some(Row::Reading(current, next));
+                    }
+                    Stage::Reading { .. } => {}
+                }
+                continue;
+            }
+            match self.pairing.next() {
+                Some(Settled::Item(item, choice)) => return Some(Row::Item(item, choice)),
+                Some(Settled::Transaction(assembled)) => {
+                    self.current = Some(Current { assembled, id: self.next_transaction, stage: Stage::Observe });
+                    self.next_transaction += 1;
+                }
+                None if self.pump_one() => {}
+                None => return None,
+            }
+        }
+    }
+
+    /// Lets the devices learn from a transaction before it is told what it means.
+    fn observe(&mut self, current: &Current) -> Option<Row> {
+        let transaction = transaction(self.framer.store(), current);
+        let last = transaction.response.or(transaction.request);
+        let time = last.and_then(|side| side.time).map(|time| time.end.midpoint());
+        let identified = self.devices.observe(&transaction)?;
+        Some(Row::Identified(identified, time))
+    }
+
+    fn count_readings(&self, current: &Current) -> usize {
+        if !self.readings || !matches!(current.assembled.outcome, Outcome::Answered | Outcome::Late) {
+            return 0;
+        }
+        self.devices.meaning(&self.transaction(current)).readings().count()
+    }
+
+    fn transaction(&self, current: &Current) -> Transaction<'_> {
+        transaction(self.framer.store(), current)
+    }
+
+    fn item_event(&mut self, item: Item, choice: Choice) -> Event<'_> {
+        self.framer.store().errors(item.offset, item.end(), &mut self.line_errors);
+        let place = Place {
+            id: item.id,
+            stream_offset: item.offset,
+            bytes: self.framer.store().slice(item.offset, item.end()),
+            time: item.time,
+            gap_before: item.gap_before,
+            line_errors: &self.line_errors,
+        };
+        match item.what {
+            What::Frame { boundary, confidence, .. } => {
+                let echo = choice == Choice::Echo;
+                let role = if matches!(choice, Choice::Request | Choice::Echo) { Role::Request } else { Role::Response };
+                Event::Frame(Frame { place, role, echo, boundary, confidence })
+            }
+            What::Run(run) => Event::Damaged(Damaged {
+                place,
+                reason: run.reason,
+                role: run.role,
+                address: run.address,
+                function: run.function,
+            }),
+        }
+    }
+}
+
+/// Gives an assembled transaction its bytes.
+fn transaction<'a>(store: &'a Store, current: &Current) -> Transaction<'a> {
+    let Assembled { request, response, outcome } = current.assembled;
+    let side = |item: Item| Side {
+        id: item.id,
+        bytes: store.slice(item.offset, item.end()),
+        damaged: matches!(item.what, What::Run(_)),
+        time: item.time,
+    };
+    let (request, response) = (request.map(side), response.map(side));
+    // A good frame leads: the request's, or else the response's.
+    let good = |side: Option<Side<'a>>| side.filter(|side| !side.damaged);
+    let (lead, role) = match (good(request), good(response)) {
+        (Some(request), _) => (request.bytes, Role::Request),
+        (None, Some(response)) => (response.bytes, Role::Response),
+        (None, None) => (&[][..], Role::Unknown), // does not occur: a transaction has a good frame
+    };
+    let latency = request.and_then(|r| r.time).zip(response.and_then(|r| r.time));
+    Transaction {
+        id: current.id,
+        address: lead.first().copied().unwrap_or_default(),
+        function: FunctionCode(lead.get(1).copied().unwrap_or_default()).without_exception(),
+        start_register: pdu::start_register(lead, role),
+        quantity: pdu::quantity(lead, role),
+        outcome,
+        exception_code: good(response).and_then(|side| pdu::exception_code(side.bytes)),
+        request,
+        response,
+        latency: latency.map(|(request, response)| not_negative(request.end.until(response.start))),
+    }
+}
+
+/// Bounds a length of time that cannot be negative: bytes of one wire do not overlap.
+fn not_negative(span: Span) -> Span {
+    Span { least: span.least.max(0), most: span.most.max(0) }
+}
