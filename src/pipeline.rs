@@ -242,7 +242,8 @@ impl Pipeline {
     fn forget(&mut self) {
         let oldest = self.pairing.oldest().map_or(u64::MAX, |item| item.offset);
         let waiting = self.pairing.waiting().unwrap_or(u64::MAX);
-        let current = self.current.and_then(|current| current.assembled.request.or(current.assembled.response));
+        let current =
+            self.current.and_then(|current| current.assembled.request.or(current.assembled.response));
         let current = current.map_or(u64::MAX, |item| item.offset);
         self.framer.forget_before(oldest.min(waiting).min(current));
     }
@@ -303,12 +304,12 @@ impl Pipeline {
         let id = self.next_frame;
         self.next_frame += 1;
         let stamper = self.framer.stamper();
-        let time = stamper.byte(offset).zip(stamper.byte(offset + length - 1)).map(|(first, last)| WireTime {
-            start: first.interval().shifted(-stamper.character_ns()),
-            end: last.interval(),
+        let time = stamper.byte(offset).zip(stamper.byte(offset + length - 1)).map(|(first, last)| {
+            WireTime { start: first.interval().shifted(-stamper.character_ns()), end: last.interval() }
         });
         let before = offset.checked_sub(1).and_then(|before| stamper.byte(before));
-        let gap_before = before.zip(time).map(|(before, time)| not_negative(before.interval().until(time.start)));
+        let gap_before =
+            before.zip(time).map(|(before, time)| not_negative(before.interval().until(time.start)));
         let arrival = || stamper.arrival(offset + length - 1).unwrap_or(self.now);
         let at = if time.is_some() { self.now } else { arrival() };
         Item { id, offset, length, time, gap_before, at, what }
@@ -368,7 +369,8 @@ impl Pipeline {
             match self.pairing.next() {
                 Some(Settled::Item(item, choice)) => return Some(Row::Item(item, choice)),
                 Some(Settled::Transaction(assembled)) => {
-                    self.current = Some(Current { assembled, id: self.next_transaction, stage: Stage::Observe });
+                    self.current =
+                        Some(Current { assembled, id: self.next_transaction, stage: Stage::Observe });
                     self.next_transaction += 1;
                 }
                 None if self.pump_one() => {}
@@ -410,7 +412,11 @@ impl Pipeline {
         match item.what {
             What::Frame { boundary, confidence, .. } => {
                 let echo = choice == Choice::Echo;
-                let role = if matches!(choice, Choice::Request | Choice::Echo) { Role::Request } else { Role::Response };
+                let role = if matches!(choice, Choice::Request | Choice::Echo) {
+                    Role::Request
+                } else {
+                    Role::Response
+                };
                 Event::Frame(Frame { place, role, echo, boundary, confidence })
             }
             What::Run(run) => Event::Damaged(Damaged {

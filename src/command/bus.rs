@@ -84,9 +84,9 @@ fn devices(args: &cli::Bus, profiles: &Arc<Profiles>) -> Result<Devices, Failure
     };
     let mut devices = Devices::new(Arc::clone(profiles), environment);
     for assignment in &args.devices {
-        devices
-            .assign(assignment.address, &assignment.device)
-            .map_err(|error| Failure::hinted(error, "'rtutap profiles' lists the profiles; --profile adds one"))?;
+        devices.assign(assignment.address, &assignment.device).map_err(|error| {
+            Failure::hinted(error, "'rtutap profiles' lists the profiles; --profile adds one")
+        })?;
     }
     Ok(devices)
 }
@@ -94,7 +94,10 @@ fn devices(args: &cli::Bus, profiles: &Arc<Profiles>) -> Result<Devices, Failure
 /// Chooses the line settings: those asked for, the recording's, or what sensors leave the factory with.
 fn line(args: &cli::Bus, input: &Input) -> LineSettings {
     if let Some(error) = input.misread() {
-        message::warning(format_args!("'{}' is text, but no hex text ({error}): read as raw bytes", input.name()));
+        message::warning(format_args!(
+            "'{}' is text, but no hex text ({error}): read as raw bytes",
+            input.name()
+        ));
         message::hint("--input-format hex to read it as hex text all the same");
     }
     args.line.or(input.line()).unwrap_or_else(|| {

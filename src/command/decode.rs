@@ -36,8 +36,11 @@ pub(super) fn run(args: &cli::Decode, verbose: bool) -> Result<(), Failure> {
     // What was decoded before something went wrong is shown first.
     printer.output.flush()?;
     result?;
-    if printer.derived && says_environment && (args.bus.salinity.is_none() || args.bus.pressure_kpa.is_none()) {
-        message::note("derived values use a salinity of 0 and 101.325 kPa where not given (--salinity, --pressure-kpa)");
+    if printer.derived && says_environment && (args.bus.salinity.is_none() || args.bus.pressure_kpa.is_none())
+    {
+        message::note(
+            "derived values use a salinity of 0 and 101.325 kPa where not given (--salinity, --pressure-kpa)",
+        );
     }
     if let Some(guess) = printer.rows.guess() {
         message::hint(format_args!(

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::bus::{self, BUS, Sink};
+use super::bus::BUS;
 use super::failure::Failure;
 use super::output::Output;
 use super::{message, simulate};
@@ -11,7 +11,7 @@ use crate::cli;
 use crate::decode::chunk::{Chunk, ReadTime};
 use crate::device::{Devices, Environment, Profiles};
 use crate::line::LineSettings;
-use crate::pipeline::{Event, Options, Pipeline};
+use crate::pipeline::{Options, Pipeline};
 use crate::report::{Clock, Rows, Show, Text, TimeStyle};
 use crate::simulate::{Adapter, Config, Read, Simulation};
 use crate::time::{SECOND, Timestamp};

@@ -50,7 +50,7 @@ fn show(profile: &Profile, out: &mut String) -> fmt::Result {
         show_command(command, out)?;
     }
     for derived in &profile.derived {
-        writeln!(out, "\n{} is derived, by the formula {}", derived.name, derived.formula)?;
+        writeln!(out, "\n{} is derived, by the formula {}", derived.name, derived.formula.name())?;
     }
     for remark in &profile.remarks {
         writeln!(out, "\n{remark}")?;

@@ -120,7 +120,13 @@ fn until_gap(offset: u64, length: usize, around: &Surroundings<'_>) -> usize {
 }
 
 /// Names what is wrong with a stretch.
-fn name(bytes: &[u8], offset: u64, guess: Option<Guess>, outstanding: Option<&Outstanding>, beside: bool) -> Run {
+fn name(
+    bytes: &[u8],
+    offset: u64,
+    guess: Option<Guess>,
+    outstanding: Option<&Outstanding>,
+    beside: bool,
+) -> Run {
     let run = Run {
         offset,
         length: bytes.len() as u64,
@@ -134,7 +140,13 @@ fn name(bytes: &[u8], offset: u64, guess: Option<Guess>, outstanding: Option<&Ou
     }
     if let Some(function) = headless(bytes, outstanding) {
         let address = outstanding.map(|o| o.address);
-        return Run { reason: Reason::Truncated, role: Role::Response, address, function: Some(function), ..run };
+        return Run {
+            reason: Reason::Truncated,
+            role: Role::Response,
+            address,
+            function: Some(function),
+            ..run
+        };
     }
     match guess {
         Some(guess) => Run {

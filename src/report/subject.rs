@@ -198,7 +198,9 @@ impl Subject for EventSubject<'_> {
                 let mut named = meaning.fields().filter(|field| field.name == name);
                 named.any(|field| any(&field.value, field.to_string()))
             }
-            Event::Reading { reading, .. } => reading.quantity == name && any(&reading.value, reading.to_string()),
+            Event::Reading { reading, .. } => {
+                reading.quantity == name && any(&reading.value, reading.to_string())
+            }
             _ => false,
         }
     }

@@ -19,7 +19,13 @@ fn threshold(scenario: &str) -> f64 {
     }
 }
 
-fn pool(scenario: Scenario, adapter: Adapter, line: LineSettings, seeds: std::ops::Range<u64>, frames: u64) -> Tally {
+fn pool(
+    scenario: Scenario,
+    adapter: Adapter,
+    line: LineSettings,
+    seeds: std::ops::Range<u64>,
+    frames: u64,
+) -> Tally {
     seeds.map(|seed| run(scenario, adapter, line, seed, frames)).sum()
 }
 

@@ -171,7 +171,9 @@ impl Framer {
 
     /// Looks at the next frame or byte; returns whether there was one.
     fn advance(&mut self) -> bool {
-        if self.short_cut && let Some(outstanding) = self.lattice.settled() {
+        if self.short_cut
+            && let Some(outstanding) = self.lattice.settled()
+        {
             match fast::glance(self.lattice.root(), outstanding, &context!(self)) {
                 Glance::Frame(edge) => {
                     self.take_short_cut(edge);

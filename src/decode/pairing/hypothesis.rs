@@ -69,7 +69,9 @@ impl State {
     /// Lists the readings of an item; a frame has at least one.
     pub fn readings(&self, view: &View<'_>, mut offer: impl FnMut(Reading)) {
         match &view.item.what {
-            What::Run(_) => offer(Reading { score: 0.0, choice: Choice::Run, next: self.after_run(view.item.length) }),
+            What::Run(_) => {
+                offer(Reading { score: 0.0, choice: Choice::Run, next: self.after_run(view.item.length) })
+            }
             What::Frame { request, response, .. } => {
                 if let Some(asked) = request {
                     self.as_request(asked, view, &mut offer);

@@ -82,9 +82,7 @@ pub fn frame_readings(
         };
         list.as_slice().iter().find(fits).copied()
     };
-    let request = of(Role::Request).map(|candidate| Asked {
-        candidate,
-        outstanding: Outstanding::new(offset, bytes, end, shapes),
-    });
+    let request = of(Role::Request)
+        .map(|candidate| Asked { candidate, outstanding: Outstanding::new(offset, bytes, end, shapes) });
     (request, of(Role::Response))
 }

@@ -76,7 +76,8 @@ impl Pairing {
     fn collect(&mut self) {
         let mut any = false;
         while let Some(transaction) = self.assembler.next() {
-            any |= !matches!(transaction.outcome, Outcome::Answered | Outcome::Exception | Outcome::Unsolicited);
+            any |=
+                !matches!(transaction.outcome, Outcome::Answered | Outcome::Exception | Outcome::Unsolicited);
             self.settled.push_back(Settled::Transaction(transaction));
         }
         if any {
