@@ -1,0 +1,420 @@
+//! Hex text: a line a read, optionally with the time at which its last byte had been received.
+//!
+//! ```text
+//! # line 9600-8N1
+//! 2026-01-01T00:00:00.123456789Z > 01 03 26 00 00 04 4f 41   # a comment
+//! [1767225600.141] rx 0x01,0x03,0x08 …
+//! ```
+
+use std::fmt;
+use std::io::{self, Read};
+
+use super::instant;
+use crate::decode::chunk::{Chunk, ReadTime};
+use crate::line::LineSettings;
+use crate::time::Timestamp;
+
+/// How much text is held at once; a longer line becomes several chunks.
+const WINDOW: usize = 64 * 1024;
+
+/// Says where hex text cannot be understood, and why.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct HexError {
+    /// Counts lines from 1.
+    pub line: u64,
+    /// Counts bytes of the line from 1.
+    pub column: u64,
+    problem: Problem,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Problem {
+    HalfByte(u8),
+    NotHex(u8),
+    PrefixAlone,
+    Time(&'static str),
+    NoPoint,
+    AfterTime,
+    Unclosed(u8),
+}
+
+impl HexError {
+    /// Returns what could be done about it.
+    pub fn hint(&self) -> &'static str {
+        match self.problem {
+            Problem::HalfByte(_) | Problem::NotHex(_) | Problem::PrefixAlone => {
+                "write two hex digits a byte; '#' starts a comment; raw bytes need --input-format raw"
+            }
+            Problem::Time(_) | Problem::NoPoint | Problem::AfterTime | Problem::Unclosed(_) => {
+                "write times like 2026-01-01T00:00:00.5Z or 1767225600.5, with a space after"
+            }
+        }
+    }
+}
+
+impl fmt::Display for HexError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "line {}, column {}: ", self.line, self.column)?;
+        match self.problem {
+            Problem::HalfByte(digit) => write!(f, "'{}' is half a byte", digit.escape_ascii()),
+            Problem::NotHex(c) => write!(f, "'{}' is not a hex digit", c.escape_ascii()),
+            Problem::PrefixAlone => write!(f, "no byte after '0x' or '\\x'"),
+            Problem::Time(what) => write!(f, "{what}"),
+            Problem::NoPoint => write!(f, "the brackets hold no time; seconds need a decimal point"),
+            Problem::AfterTime => write!(f, "no space after the time"),
+            Problem::Unclosed(bracket) => write!(f, "no '{}' after the time", char::from(bracket)),
+        }
+    }
+}
+
+/// Says where times go back in an input.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TimesBack {
+    /// The first such line, from 1.
+    pub line: u64,
+    /// How many lines there are.
+    pub count: u64,
+}
+
+/// Is what reading hex text can fail with.
+pub(super) enum Failed {
+    Io(io::Error),
+    Text(HexError),
+}
+
+/// Returns why the first 4 KiB of an input are no hex text; what is only cut off at their end is.
+pub(super) fn problem_in(prefix: &[u8]) -> Option<HexError> {
+    let whole_lines = prefix.iter().filter(|&&c| c == b'\n').count() as u64;
+    let last_line = prefix.iter().rev().take_while(|&&c| c != b'\n').count() as u64;
+    let mut text = HexText::new(prefix);
+    loop {
+        match text.advance() {
+            Ok(true) => {}
+            Ok(false) | Err(Failed::Io(_)) => return None,
+            Err(Failed::Text(error)) => {
+                let cut = prefix.len() as u64 >= super::PREFIX
+                    && error.line > whole_lines
+                    && error.column >= last_line;
+                return (!cut).then_some(error);
+            }
+        }
+    }
+}
+
+/// Reads hex text, a line at a time.
+pub(super) struct HexText<R> {
+    source: R,
+    window: Box<[u8]>,
+    /// What is left of the window.
+    start: usize,
+    end: usize,
+    at_end: bool,
+    position: u64,
+    line_number: u64,
+    rest: Option<Rest>,
+    bytes: Vec<u8>,
+    time: ReadTime,
+    last: Timestamp,
+    back: Option<TimesBack>,
+    settings: Option<LineSettings>,
+    ahead: bool,
+    begun: bool,
+}
+
+/// Is the state within a line longer than the window.
+#[derive(Clone, Copy, Default)]
+struct Rest {
+    column: u64,
+    comment: bool,
+    prefix: bool,
+}
+
+impl<R: Read> HexText<R> {
+    pub(super) fn new(source: R) -> Self {
+        HexText {
+            source,
+            window: vec![0; WINDOW].into_boxed_slice(),
+            start: 0,
+            end: 0,
+            at_end: false,
+            position: 0,
+            line_number: 0,
+            rest: None,
+            bytes: Vec::new(),
+            time: ReadTime::Unknown,
+            last: Timestamp::MIN,
+            back: None,
+            settings: None,
+            ahead: false,
+            begun: false,
+        }
+    }
+
+    /// Reads the first line with bytes before it is asked for; tells whether there is one.
+    pub(super) fn read_ahead(&mut self) -> Result<bool, Failed> {
+        self.ahead = self.advance()?;
+        Ok(self.ahead)
+    }
+
+    /// Goes on to the next line with bytes; tells whether there is one.
+    pub(super) fn advance(&mut self) -> Result<bool, Failed> {
+        if std::mem::take(&mut self.ahead) {
+            return Ok(true);
+        }
+        self.bytes.clear();
+        while self.bytes.is_empty() {
+            let Some((length, is_whole)) = self.next_piece().map_err(Failed::Io)? else {
+                return Ok(false);
+            };
+            self.piece(length, is_whole).map_err(Failed::Text)?;
+        }
+        self.begun = true;
+        Ok(true)
+    }
+
+    pub(super) fn chunk(&self) -> Chunk<'_> {
+        Chunk { time: self.time, bytes: &self.bytes, line_errors: &[] }
+    }
+
+    pub(super) fn is_drained(&self) -> bool {
+        !self.ahead && !self.window[self.start..self.end].contains(&b'\n')
+    }
+
+    pub(super) fn position(&self) -> u64 {
+        self.position
+    }
+
+    pub(super) fn line(&self) -> Option<LineSettings> {
+        self.settings
+    }
+
+    pub(super) fn times_back(&self) -> Option<TimesBack> {
+        self.back
+    }
+
+    /// Finds the next line, or as much of it as the window holds: its length, and whether it ends there.
+    fn next_piece(&mut self) -> io::Result<Option<(usize, bool)>> {
+        let mut searched = 0;
+        loop {
+            let held = &self.window[self.start..self.end];
+            if let Some(length) = held[searched..].iter().position(|&c| c == b'\n') {
+                return Ok(Some((searched + length, true)));
+            }
+            searched = held.len();
+            if self.at_end {
+                // What ends the file ends the line, and a line begun before has to be ended once.
+                return Ok((searched > 0 || self.rest.is_some()).then_some((searched, true)));
+            }
+            if self.start == 0 && self.end == WINDOW {
+                return Ok(Some((searched, false)));
+            }
+            self.fill()?;
+        }
+    }
+
+    fn fill(&mut self) -> io::Result<()> {
+        self.window.copy_within(self.start..self.end, 0);
+        self.end -= self.start;
+        self.start = 0;
+        let read = loop {
+            match self.source.read(&mut self.window[self.end..]) {
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                other => break other?,
+            }
+        };
+        if self.position == 0 && self.window[..self.end + read].starts_with(b"\xef\xbb\xbf") {
+            self.start = 3; // a byte order mark, as some editors write
+        }
+        self.at_end = read == 0;
+        self.position += read as u64;
+        self.end += read;
+        Ok(())
+    }
+
+    /// Reads a line or a piece of one into `bytes` and `time`.
+    fn piece(&mut self, length: usize, is_whole: bool) -> Result<(), HexError> {
+        let text = &self.window[self.start..self.start + length];
+        let text = if is_whole { text.strip_suffix(b"\r").unwrap_or(text) } else { text };
+        let mut state = self.rest.take().unwrap_or_default();
+        let mut at = 0;
+        if state.column == 0 {
+            self.line_number += 1;
+        }
+        let line = self.line_number;
+        let located =
+            |(offset, problem)| HexError { line, column: state.column + offset as u64 + 1, problem };
+        if state.column == 0 {
+            let (time, body) = head(text).map_err(located)?;
+            at = body;
+            self.time = time.map_or(ReadTime::UnknownAfterSilence, ReadTime::At);
+        }
+        let body = body(&text[at..], !is_whole, state, &mut self.bytes);
+        let body = body.map_err(|(offset, problem)| located((at + offset, problem)))?;
+        if !self.begun && self.bytes.is_empty() && self.settings.is_none() {
+            self.settings = body.comment_at.and_then(|offset| settings_in(&text[at + offset..]));
+        }
+        let read = at + body.read;
+        if let (ReadTime::At(time), true, 0) = (self.time, !self.bytes.is_empty(), state.column) {
+            self.time = ReadTime::At(self.forward(time));
+        }
+        if is_whole {
+            let newline = usize::from(self.start + length < self.end);
+            self.start += length + newline;
+        } else {
+            state.column += read as u64;
+            state.comment = body.comment_at.is_some();
+            state.prefix = body.prefix;
+            self.rest = Some(state);
+            self.start += read;
+        }
+        Ok(())
+    }
+
+    /// Returns the time, or the one before where it goes back.
+    fn forward(&mut self, time: Timestamp) -> Timestamp {
+        if time < self.last {
+            let back = self.back.get_or_insert(TimesBack { line: self.line_number, count: 0 });
+            back.count += 1;
+        }
+        self.last = self.last.max(time);
+        self.last
+    }
+}
+
+type Found<T> = Result<T, (usize, Problem)>;
+
+fn is_separator(c: u8) -> bool {
+    matches!(c, b' ' | b'\t' | b',' | b':')
+}
+
+/// Reads what may stand before the bytes: a time, a direction mark; returns the time and where bytes begin.
+fn head(text: &[u8]) -> Found<(Option<Timestamp>, usize)> {
+    let skip = |mut at: usize| {
+        while text.get(at).is_some_and(|&c| is_separator(c)) {
+            at += 1;
+        }
+        at
+    };
+    let mut at = skip(0);
+    let closing = match text.get(at) {
+        Some(b'[') => Some(b']'),
+        Some(b'(') => Some(b')'),
+        _ => None,
+    };
+    at += usize::from(closing.is_some());
+    let mut time = None;
+    match instant::read(&text[at..]) {
+        None if closing.is_some() => {
+            let digits = text[at..].iter().take_while(|c| c.is_ascii_digit()).count();
+            return Err((at + digits, Problem::NoPoint));
+        }
+        None => {}
+        Some(Err(wrong)) => return Err((at + wrong.offset, Problem::Time(wrong.what))),
+        Some(Ok((read, length))) => {
+            time = Some(read);
+            at += length;
+            match (closing, text.get(at)) {
+                (Some(bracket), Some(&c)) if c == bracket => at += 1,
+                (Some(bracket), _) => return Err((at, Problem::Unclosed(bracket))),
+                (None, Some(&c)) if !is_separator(c) && !b"#<>".contains(&c) => {
+                    return Err((at, Problem::AfterTime));
+                }
+                (None, _) => {}
+            }
+        }
+    }
+    at = skip(at);
+    at += match text[at..] {
+        [b'<' | b'>', ..] => 1,
+        [b'r' | b'R' | b't' | b'T', b'x' | b'X', ..] => 2,
+        _ => 0,
+    };
+    Ok((time, at))
+}
+
+/// Is how far the bytes of a line were read.
+struct Body {
+    read: usize,
+    comment_at: Option<usize>,
+    prefix: bool,
+}
+
+/// Reads bytes up to a comment or the end of `text`; `goes_on` when the line does.
+fn body(text: &[u8], goes_on: bool, state: Rest, bytes: &mut Vec<u8>) -> Found<Body> {
+    let mut prefix = state.prefix;
+    let mut at = 0;
+    if state.comment {
+        return Ok(Body { read: text.len(), comment_at: Some(0), prefix: false });
+    }
+    while let Some(&c) = text.get(at) {
+        let high = NIBBLE[usize::from(c)];
+        let next = text.get(at + 1).copied();
+        if high < 16 {
+            let low = next.map_or(NO_NIBBLE, |c| NIBBLE[usize::from(c)]);
+            if low < 16 {
+                bytes.push(high << 4 | low);
+                prefix = false;
+            } else if c == b'0' && matches!(next, Some(b'x' | b'X')) {
+                prefix = true;
+            } else if next.is_none() && goes_on {
+                break;
+            } else {
+                return Err((at, Problem::HalfByte(c)));
+            }
+            at += 2;
+        } else if is_separator(c) {
+            at += 1;
+        } else if c == b'\\' && matches!(next, Some(b'x' | b'X')) {
+            prefix = true;
+            at += 2;
+        } else if c == b'\\' && next.is_none() && goes_on {
+            break;
+        } else if c == b'#' {
+            if prefix {
+                return Err((at, Problem::PrefixAlone));
+            }
+            check_comment(&text[at..]).map_err(|(offset, problem)| (at + offset, problem))?;
+            return Ok(Body { read: text.len(), comment_at: Some(at), prefix });
+        } else {
+            return Err((at, Problem::NotHex(c)));
+        }
+    }
+    if prefix && !goes_on {
+        return Err((at, Problem::PrefixAlone));
+    }
+    Ok(Body { read: at, comment_at: None, prefix })
+}
+
+/// Refuses control characters in a comment: bytes of a bus that happen to begin with '#' have them.
+fn check_comment(comment: &[u8]) -> Found<()> {
+    match comment.iter().position(|&c| c.is_ascii_control() && c != b'\t') {
+        Some(offset) => Err((offset, Problem::NotHex(comment[offset]))),
+        None => Ok(()),
+    }
+}
+
+/// Reads line settings from a comment such as `# line 19200-8E1; a line a byte`.
+fn settings_in(comment: &[u8]) -> Option<LineSettings> {
+    let text = str::from_utf8(comment.strip_prefix(b"#")?).ok()?;
+    let rest = text.trim_start().strip_prefix("line ")?.trim_start();
+    let end = rest.find(|c: char| !c.is_ascii_alphanumeric() && c != '-' && c != '.').unwrap_or(rest.len());
+    rest[..end].parse().ok()
+}
+
+const NO_NIBBLE: u8 = 0xFF;
+
+/// Gives each hex digit its value, and all else `NO_NIBBLE`.
+const NIBBLE: [u8; 256] = {
+    let mut table = [NO_NIBBLE; 256];
+    let mut value = 0;
+    while value < 16 {
+        table[b"0123456789abcdef"[value] as usize] = value as u8;
+        table[b"0123456789ABCDEF"[value] as usize] = value as u8;
+        value += 1;
+    }
+    table
+};
+
+#[cfg(test)]
+#[path = "hex_text_tests.rs"]
+mod tests;

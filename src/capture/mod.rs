@@ -1,0 +1,322 @@
+//! Recordings: what they are, told apart by content, and their bytes, read by read.
+//!
+//! Knows bytes and times, no Modbus. Memory stays flat whatever the length of the recording.
+
+mod hex_text;
+mod instant;
+mod raw;
+
+use std::fs::File;
+use std::io::{self, Cursor, Read};
+use std::path::Path;
+
+use thiserror::Error;
+
+use crate::decode::chunk::Chunk;
+use crate::line::LineSettings;
+use hex_text::HexText;
+pub use hex_text::{HexError, TimesBack};
+use raw::Raw;
+
+/// The first bytes of every MCAP file (MCAP specification, "Magic").
+const MCAP_MAGIC: &[u8] = b"\x89MCAP0\r\n";
+/// How much of an input decides what it is, in bytes.
+const PREFIX: u64 = 4096;
+
+/// Names the formats that can be read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum InputFormat {
+    /// Hex text: a line a read, with or without a time.
+    Hex,
+    /// The bytes themselves, without times.
+    Raw,
+}
+
+/// Says why an input could not be read; `hint` says what to do about it.
+#[derive(Debug, Error)]
+pub enum InputError {
+    /// The system refused to open or to read it.
+    #[error("cannot read '{name}': {error}")]
+    Io {
+        /// The input's name.
+        name: String,
+        /// What the system said.
+        error: io::Error,
+    },
+    /// It is a directory.
+    #[error("cannot read '{0}': it is a directory")]
+    Directory(String),
+    /// It is an MCAP recording, which this version cannot read.
+    #[error("'{0}' is an MCAP recording, and this version of rtutap cannot read those yet")]
+    Mcap(String),
+    /// It holds no byte of a bus.
+    #[error("'{0}' is empty: there is not a byte in it")]
+    Empty(String),
+    /// It is hex text with something in it that is not.
+    #[error("'{name}', {error}")]
+    Hex {
+        /// The input's name.
+        name: String,
+        /// Where and what.
+        error: HexError,
+    },
+}
+
+impl InputError {
+    /// Returns what could be done about it.
+    pub fn hint(&self) -> &'static str {
+        match self {
+            InputError::Io { error, .. } => match error.kind() {
+                io::ErrorKind::NotFound => "check the path; '-' reads standard input",
+                io::ErrorKind::PermissionDenied => "check who may read the file",
+                _ => "check that the file can be read to its end",
+            },
+            InputError::Directory(_) => "name the recordings in it, such as DIRECTORY/*",
+            InputError::Mcap(_) => "give hex text or raw bytes",
+            InputError::Empty(_) => "check that the recording was written; comments and times alone are none",
+            InputError::Hex { error, .. } => error.hint(),
+        }
+    }
+}
+
+enum Reader {
+    Hex(HexText<Box<dyn Read>>),
+    Raw(Raw<Box<dyn Read>>),
+}
+
+/// Reads one recording, a chunk at a time.
+pub struct Input {
+    name: String,
+    size: Option<u64>,
+    reader: Reader,
+    misread: Option<HexError>,
+}
+
+impl Input {
+    /// Opens a file, or standard input for `-`; `format` overrides what the content looks like.
+    ///
+    /// # Errors
+    /// When it cannot be opened, is a directory, MCAP or empty, or its first line is no hex text.
+    pub fn open(path: &Path, format: Option<InputFormat>) -> Result<Input, InputError> {
+        if path.as_os_str() == "-" {
+            #[expect(clippy::disallowed_methods, reason = "standard input is one of the inputs")]
+            let stdin = io::stdin();
+            return Input::new("standard input".to_owned(), None, Box::new(stdin), format);
+        }
+        let name = path.display().to_string();
+        let io_error = |error| InputError::Io { name: name.clone(), error };
+        #[expect(clippy::disallowed_methods, reason = "recordings are files")]
+        let file = File::open(path).map_err(io_error)?;
+        let metadata = file.metadata().map_err(io_error)?;
+        if metadata.is_dir() {
+            return Err(InputError::Directory(name));
+        }
+        let size = metadata.is_file().then_some(metadata.len());
+        Input::new(name, size, Box::new(file), format)
+    }
+
+    fn new(
+        name: String,
+        size: Option<u64>,
+        mut source: Box<dyn Read>,
+        format: Option<InputFormat>,
+    ) -> Result<Input, InputError> {
+        let mut misread = None;
+        let (source, format) = match format {
+            Some(format) => (source, format),
+            None => {
+                let mut prefix = Vec::new();
+                let taken = (&mut source).take(PREFIX).read_to_end(&mut prefix);
+                taken.map_err(|error| InputError::Io { name: name.clone(), error })?;
+                if prefix.starts_with(MCAP_MAGIC) {
+                    return Err(InputError::Mcap(name));
+                }
+                let format = match hex_text::problem_in(&prefix) {
+                    None => InputFormat::Hex,
+                    Some(error) => {
+                        misread = is_text(&prefix).then_some(error);
+                        InputFormat::Raw
+                    }
+                };
+                (Box::new(Cursor::new(prefix).chain(source)) as Box<dyn Read>, format)
+            }
+        };
+        let reader = match format {
+            InputFormat::Hex => Reader::Hex(HexText::new(source)),
+            InputFormat::Raw => Reader::Raw(Raw::new(source)),
+        };
+        let mut input = Input { name, size, reader, misread };
+        // The first chunk is read ahead: an empty input is an error, and line settings stand before it.
+        let first = match &mut input.reader {
+            Reader::Hex(hex) => hex.read_ahead().map_err(hex_text::Failed::into),
+            Reader::Raw(raw) => raw.read_ahead().map_err(Failure::Io),
+        };
+        match first {
+            Ok(true) => Ok(input),
+            Ok(false) => Err(InputError::Empty(input.name)),
+            Err(failure) => Err(input.error(failure)),
+        }
+    }
+
+    fn error(&self, failure: Failure) -> InputError {
+        let name = self.name.clone();
+        match failure {
+            Failure::Io(error) => InputError::Io { name, error },
+            Failure::Hex(error) => InputError::Hex { name, error },
+        }
+    }
+
+    /// Returns the next read, or `None` at the end.
+    ///
+    /// # Errors
+    /// When the system cannot read on, or hex text cannot be understood.
+    pub fn next_chunk(&mut self) -> Result<Option<Chunk<'_>>, InputError> {
+        let more = match &mut self.reader {
+            Reader::Hex(hex) => hex.advance().map_err(hex_text::Failed::into),
+            Reader::Raw(raw) => raw.advance().map_err(Failure::Io),
+        };
+        match more {
+            Err(failure) => Err(self.error(failure)),
+            Ok(false) => Ok(None),
+            Ok(true) => Ok(Some(match &self.reader {
+                Reader::Hex(hex) => hex.chunk(),
+                Reader::Raw(raw) => raw.chunk(),
+            })),
+        }
+    }
+
+    /// Tells whether the next chunk has to be waited for: a good moment to show what is there.
+    pub fn is_drained(&self) -> bool {
+        match &self.reader {
+            Reader::Hex(hex) => hex.is_drained(),
+            Reader::Raw(_) => true,
+        }
+    }
+
+    /// Returns the name for messages.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Returns the size in bytes, where it is known beforehand.
+    pub fn size(&self) -> Option<u64> {
+        self.size
+    }
+
+    /// Returns how many bytes of the file have been read.
+    pub fn position(&self) -> u64 {
+        match &self.reader {
+            Reader::Hex(hex) => hex.position(),
+            Reader::Raw(raw) => raw.position(),
+        }
+    }
+
+    /// Returns the line settings that the recording names before its first byte.
+    pub fn line(&self) -> Option<LineSettings> {
+        match &self.reader {
+            Reader::Hex(hex) => hex.line(),
+            Reader::Raw(_) => None,
+        }
+    }
+
+    /// Returns where times go back, as far as the input has been read.
+    pub fn times_back(&self) -> Option<TimesBack> {
+        match &self.reader {
+            Reader::Hex(hex) => hex.times_back(),
+            Reader::Raw(_) => None,
+        }
+    }
+
+    /// Returns why an input that is text was taken for raw bytes: likely a slip in hex text.
+    pub fn misread(&self) -> Option<&HexError> {
+        self.misread.as_ref()
+    }
+}
+
+/// Is what a reader can fail with, before the input's name is added.
+enum Failure {
+    Io(io::Error),
+    Hex(HexError),
+}
+
+impl From<hex_text::Failed> for Failure {
+    fn from(failed: hex_text::Failed) -> Failure {
+        match failed {
+            hex_text::Failed::Io(error) => Failure::Io(error),
+            hex_text::Failed::Text(error) => Failure::Hex(error),
+        }
+    }
+}
+
+/// Tells whether bytes are printable ASCII and white space: a Modbus frame never is, for its function code.
+fn is_text(bytes: &[u8]) -> bool {
+    bytes.iter().all(|byte| matches!(byte, b' '..=b'~' | b'\t' | b'\r' | b'\n'))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn open(content: &[u8], format: Option<InputFormat>) -> Result<Input, InputError> {
+        Input::new("it".into(), None, Box::new(Cursor::new(content.to_vec())), format)
+    }
+
+    fn is_hex(content: &[u8]) -> bool {
+        matches!(open(content, None).map(|input| input.reader), Ok(Reader::Hex(_)))
+    }
+
+    #[test]
+    fn hex_text_is_told_from_raw_bytes_by_content() {
+        assert!(is_hex(b"01 03 26 00\n"));
+        assert!(is_hex(b"# only later\n\n0103"));
+        assert!(!is_hex(b"\x01\x03\x26\x00\x00\x04\x4f\x41"));
+        assert!(!is_hex(b"#\x03\x00\x00\x00\x01\x4f\x41"), "unit 35 is no comment");
+        assert!(!is_hex(b"hello world"));
+    }
+
+    #[test]
+    fn only_the_first_4_kib_decide_and_a_line_cut_there_does_not_count() {
+        let mut long = b"01 03 26 00 00 04 4f 41\n".repeat(200);
+        assert!(is_hex(&long), "the 4 KiB end within a byte");
+        long.extend_from_slice(b"rubbish\n");
+        assert!(is_hex(&long));
+        assert!(is_hex(&b"0103".repeat(5000)), "one long line");
+        for cut in 1..30 {
+            let line = "[2026-01-01T00:00:00.5+00:00] rx \\x01 0x03\n";
+            let text = " ".repeat(PREFIX as usize - cut) + line;
+            assert!(is_hex(text.as_bytes()), "{:?}", &line[..cut]);
+        }
+        let mut early = b"rubbish\n".to_vec();
+        early.extend_from_slice(&long);
+        assert!(!is_hex(&early));
+        assert!(!is_hex(&[1, 3, 0, 0].repeat(5000)), "no newline in it");
+        assert!(!is_hex(&b"\n\x01\x03\x00\x00".repeat(5000)));
+    }
+
+    #[test]
+    fn text_that_is_no_hex_text_is_raw_but_said() {
+        let input = open(b"01 03 26 0G\n", None).expect("raw bytes");
+        assert_eq!(input.misread().map(|error| (error.line, error.column)), Some((1, 10)));
+        assert!(open(b"\x01\x03", None).expect("raw bytes").misread().is_none());
+    }
+
+    #[test]
+    fn an_input_without_a_byte_is_empty_whatever_its_format() {
+        for content in [&b""[..], b"\n\n", b"# nothing\n", b"2026-01-01T00:00:00Z\n"] {
+            assert!(matches!(open(content, None), Err(InputError::Empty(_))), "{content:?}");
+        }
+        assert!(matches!(open(b"", Some(InputFormat::Raw)), Err(InputError::Empty(_))));
+    }
+
+    #[test]
+    fn mcap_is_recognised_unless_overridden() {
+        assert!(matches!(open(b"\x89MCAP0\r\n....", None), Err(InputError::Mcap(_))));
+        assert!(open(b"\x89MCAP0\r\n....", Some(InputFormat::Raw)).is_ok());
+    }
+
+    #[test]
+    fn the_override_reads_digits_as_raw_bytes() {
+        let mut input = open(b"0103", Some(InputFormat::Raw)).expect("raw bytes");
+        assert_eq!(input.next_chunk().expect("readable").expect("a chunk").bytes, b"0103");
+    }
+}

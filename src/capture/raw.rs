@@ -1,0 +1,72 @@
+//! Raw bytes: nothing but what was received, without times.
+
+use std::io::{self, Read};
+
+use crate::decode::chunk::{Chunk, ReadTime};
+
+/// How many bytes make a chunk at most.
+const CHUNK: usize = 64 * 1024;
+
+/// Reads raw bytes a block at a time.
+pub(super) struct Raw<R> {
+    source: R,
+    block: Box<[u8]>,
+    filled: usize,
+    ahead: bool,
+    position: u64,
+}
+
+impl<R: Read> Raw<R> {
+    pub(super) fn new(source: R) -> Self {
+        Raw { source, block: vec![0; CHUNK].into_boxed_slice(), filled: 0, ahead: false, position: 0 }
+    }
+
+    /// Reads the first block before it is asked for; tells whether there is one.
+    pub(super) fn read_ahead(&mut self) -> io::Result<bool> {
+        self.ahead = self.fill()?;
+        Ok(self.ahead)
+    }
+
+    /// Goes on to the next block; tells whether there is one.
+    pub(super) fn advance(&mut self) -> io::Result<bool> {
+        if std::mem::take(&mut self.ahead) { Ok(true) } else { self.fill() }
+    }
+
+    fn fill(&mut self) -> io::Result<bool> {
+        self.filled = loop {
+            match self.source.read(&mut self.block) {
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                other => break other?,
+            }
+        };
+        self.position += self.filled as u64;
+        Ok(self.filled > 0)
+    }
+
+    pub(super) fn chunk(&self) -> Chunk<'_> {
+        Chunk { time: ReadTime::Unknown, bytes: &self.block[..self.filled], line_errors: &[] }
+    }
+
+    pub(super) fn position(&self) -> u64 {
+        self.position
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bytes_come_out_in_blocks_that_join_to_the_input() {
+        let bytes: Vec<u8> = (0..200_000_u32).map(|i| (i % 251) as u8).collect();
+        let mut raw = Raw::new(&bytes[..]);
+        assert!(raw.read_ahead().expect("memory can be read"));
+        let mut joined = Vec::new();
+        while raw.advance().expect("memory can be read") {
+            assert_eq!(raw.chunk().time, ReadTime::Unknown);
+            assert!(raw.chunk().bytes.len() <= CHUNK);
+            joined.extend_from_slice(raw.chunk().bytes);
+        }
+        assert_eq!((joined, raw.position()), (bytes, 200_000));
+    }
+}

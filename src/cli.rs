@@ -1,0 +1,344 @@
+//! The command line: types only.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+use crate::capture::InputFormat;
+use crate::line::LineSettings;
+use crate::report::{Show, TimeStyle};
+use crate::simulate::Adapter;
+use crate::time::MILLISECOND;
+
+/// Listens on a Modbus RTU bus without ever speaking, and says what the sensors said.
+#[derive(Debug, Parser)]
+#[command(name = "rtutap", version, arg_required_else_help = true, after_help = AFTER)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+
+    /// Say more: fields and bytes under every row
+    #[arg(short, long, global = true)]
+    pub verbose: bool,
+}
+
+const AFTER: &str = "\
+Exit status: 0 done, 2 could not do it.
+
+Examples:
+  rtutap demo
+  rtutap decode capture.hex
+  rtutap decode capture.hex --show readings --format csv > readings.csv
+  rtutap info capture.hex";
+
+/// Names the commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Print a recording: frames, transactions or readings
+    #[command(after_help = DECODE_EXAMPLES)]
+    Decode(Decode),
+    /// Say what a recording holds: times, line, devices, counts
+    Info(Info),
+    /// Write a recording of a simulated bus, as hex text
+    #[command(after_help = SIMULATE_EXAMPLES)]
+    Simulate(Simulate),
+    /// Show a simulated installation with faults in it, as it happens
+    Demo(Demo),
+    /// List, show and check the profiles of devices
+    Profiles(Profiles),
+}
+
+const DECODE_EXAMPLES: &str = "\
+A recording is hex text or raw bytes, told apart by content. In hex text a line is one read, such as
+
+  2026-01-01T00:00:00.123456Z > 01 03 26 00 00 04 4f 41   # a comment
+  1767225600.141 0x01,0x03,0x08
+
+with a time (RFC 3339, or seconds with a decimal point) or without. A comment '# line 19200-8E1'
+before the first byte gives the line settings. Raw bytes and lines without times have no times.
+
+Examples:
+  rtutap decode capture.hex --filter 'addr == 1 && temperature > 20'
+  rtutap decode capture.hex --filter 'outcome in (no-response, late)' --time utc
+  rtutap decode capture.hex --show frames --format json
+  rtutap decode one.hex two.hex --device 3=yosemitech-do -v
+  cat capture.hex | rtutap decode -";
+
+const SIMULATE_EXAMPLES: &str = "\
+Examples:
+  rtutap simulate -o bus.hex
+  rtutap simulate -o bad.hex --scenario everything-bad --adapter ftdi16 --seed 7 --truth bad.jsonl
+  rtutap simulate -o - --frames 100 | rtutap decode -";
+
+/// Holds what `decode` is asked for.
+#[derive(Debug, Args)]
+pub struct Decode {
+    /// Where the bytes come from, and how to read them.
+    #[command(flatten)]
+    pub bus: Bus,
+
+    /// What to print; may be repeated
+    #[arg(long, value_enum, value_name = "WHAT", default_value = "transactions")]
+    pub show: Vec<ShowKind>,
+
+    /// How to print it
+    #[arg(long, value_enum, default_value = "text")]
+    pub format: RowFormat,
+
+    /// Print only what passes, such as 'addr == 1 && temperature > 20'
+    ///
+    /// Compared can be addr, fn, reg, quantity, outcome, exception, latency, time, device, serial, cmd,
+    /// role, reason, bus, and any decoded field; also: echo, damaged, crc good, crc bad,
+    /// 'bytes contains 26 00'. A frame passes when its transaction does.
+    #[arg(long, value_name = "EXPR")]
+    pub filter: Option<String>,
+
+    /// How to show times in text and CSV
+    #[arg(long, value_enum, default_value = "local")]
+    pub time: TimeKind,
+}
+
+/// Holds what `info` is asked for.
+#[derive(Debug, Args)]
+pub struct Info {
+    /// Where the bytes come from, and how to read them.
+    #[command(flatten)]
+    pub bus: Bus,
+
+    /// How to print it
+    #[arg(long, value_enum, default_value = "text")]
+    pub format: InfoFormat,
+
+    /// How to show times in text
+    #[arg(long, value_enum, default_value = "local")]
+    pub time: TimeKind,
+}
+
+/// Holds where bytes come from and how to read them.
+#[derive(Debug, Args)]
+pub struct Bus {
+    /// Recordings, one after the other; '-' is standard input
+    #[arg(required = true, value_name = "INPUT")]
+    pub inputs: Vec<PathBuf>,
+
+    /// Speed and character format; without it the recording's, without that 9600-8N1
+    #[arg(long, value_name = "BAUD-DPS")]
+    pub line: Option<LineSettings>,
+
+    /// Read the input as this, whatever it looks like
+    #[arg(long, value_enum, value_name = "FORMAT")]
+    pub input_format: Option<InputKind>,
+
+    /// The longest time the adapter keeps a byte back; without it estimated from the reads
+    #[arg(long, value_name = "MS", value_parser = milliseconds, allow_negative_numbers = true)]
+    pub adapter_hold: Option<Nanoseconds>,
+
+    /// Say what device is at an address, such as 3=yosemitech-do; may be repeated
+    #[arg(long = "device", value_name = "ADDRESS=PROFILE", value_parser = assignment)]
+    pub devices: Vec<Assignment>,
+
+    /// Add a device profile from a TOML file; may be repeated
+    #[arg(long = "profile", value_name = "FILE")]
+    pub profiles: Vec<PathBuf>,
+
+    /// Salinity of the water in g/kg, 0 to 100, for dissolved oxygen in mg/L [default: 0]
+    #[arg(long, value_name = "G/KG", value_parser = salinity, allow_negative_numbers = true)]
+    pub salinity: Option<f64>,
+
+    /// Air pressure in kPa, 20 to 200, for dissolved oxygen in mg/L [default: 101.325]
+    #[arg(long, value_name = "KPA", value_parser = pressure, allow_negative_numbers = true)]
+    pub pressure_kpa: Option<f64>,
+}
+
+/// Holds what `simulate` is asked for.
+#[derive(Debug, Args)]
+pub struct Simulate {
+    /// Where to write; '-' is standard output
+    #[arg(short, long, value_name = "FILE")]
+    pub output: PathBuf,
+
+    /// Chooses among all possible courses of events; the same seed gives the same bytes
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+
+    /// About how many frames to write, 1 to 100000000
+    #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
+    pub frames: u64,
+
+    /// What goes on; 'list' lists the scenarios
+    #[arg(long, value_name = "NAME", default_value = "installation")]
+    pub scenario: String,
+
+    /// How the listener is connected: uart, usb1, ftdi16 or idle64
+    #[arg(long, default_value = "ftdi16")]
+    pub adapter: Adapter,
+
+    /// Speed and character format
+    #[arg(long, value_name = "BAUD-DPS", default_value = "9600-8N1")]
+    pub line: LineSettings,
+
+    /// Write what was really on the wire: a JSON line a frame
+    #[arg(long, value_name = "FILE")]
+    pub truth: Option<PathBuf>,
+}
+
+/// Holds what `demo` is asked for.
+#[derive(Debug, Args)]
+pub struct Demo {
+    /// How long, in seconds, 1 to 86400
+    #[arg(long, value_name = "SECONDS", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..=86_400))]
+    pub duration: u32,
+
+    /// Chooses among all possible courses of events
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+}
+
+/// Holds what `profiles` is asked for.
+#[derive(Debug, Args)]
+pub struct Profiles {
+    /// What to do; without it, list.
+    #[command(subcommand)]
+    pub action: Option<ProfileAction>,
+}
+
+/// Names what can be done with profiles.
+#[derive(Debug, Subcommand)]
+pub enum ProfileAction {
+    /// List the profiles built in
+    List,
+    /// Show the commands and fields of a profile
+    Show {
+        /// Its id, such as yosemitech-do
+        id: String,
+    },
+    /// Say what is wrong with a profile, with line and column
+    Check {
+        /// A TOML file
+        file: PathBuf,
+    },
+}
+
+/// Names the kinds of rows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ShowKind {
+    /// Frames, damaged runs, losses and identifications
+    Frames,
+    /// Requests and what became of them
+    Transactions,
+    /// Measured and derived values
+    Readings,
+}
+
+impl From<ShowKind> for Show {
+    fn from(kind: ShowKind) -> Show {
+        match kind {
+            ShowKind::Frames => Show::Frames,
+            ShowKind::Transactions => Show::Transactions,
+            ShowKind::Readings => Show::Readings,
+        }
+    }
+}
+
+/// Names the formats of rows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum RowFormat {
+    /// For people
+    Text,
+    /// A JSON object a line
+    Json,
+    /// Comma-separated values, of one kind of row
+    Csv,
+}
+
+/// Names the formats of a summary.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum InfoFormat {
+    /// For people
+    Text,
+    /// One JSON object
+    Json,
+}
+
+/// Names the formats of recordings.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum InputKind {
+    /// Hex text
+    Hex,
+    /// Raw bytes
+    Raw,
+}
+
+impl From<InputKind> for InputFormat {
+    fn from(kind: InputKind) -> InputFormat {
+        match kind {
+            InputKind::Hex => InputFormat::Hex,
+            InputKind::Raw => InputFormat::Raw,
+        }
+    }
+}
+
+/// Names the ways to show times.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum TimeKind {
+    /// In the time zone of this machine
+    Local,
+    /// In universal time
+    Utc,
+    /// In seconds since the first byte
+    Relative,
+}
+
+impl From<TimeKind> for TimeStyle {
+    fn from(kind: TimeKind) -> TimeStyle {
+        match kind {
+            TimeKind::Local => TimeStyle::Local,
+            TimeKind::Utc => TimeStyle::Utc,
+            TimeKind::Relative => TimeStyle::Relative,
+        }
+    }
+}
+
+/// Holds a length of time in nanoseconds.
+#[derive(Clone, Copy, Debug)]
+pub struct Nanoseconds(pub i64);
+
+/// Says what device is at an address.
+#[derive(Clone, Debug)]
+pub struct Assignment {
+    /// The unit address, 1 to 247.
+    pub address: u8,
+    /// The id of its profile.
+    pub device: String,
+}
+
+fn number(text: &str, least: f64, most: f64, unit: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(number) if (least..=most).contains(&number) => Ok(number),
+        Ok(_) => Err(format!("not within {least} to {most} {unit}")),
+        Err(_) => Err(format!("not a number from {least} to {most} {unit}")),
+    }
+}
+
+fn salinity(text: &str) -> Result<f64, String> {
+    number(text, 0.0, 100.0, "g/kg")
+}
+
+fn pressure(text: &str) -> Result<f64, String> {
+    number(text, 20.0, 200.0, "kPa (10 hPa or 7.5 mmHg are 1 kPa)")
+}
+
+/// Reads milliseconds, decimals too.
+fn milliseconds(text: &str) -> Result<Nanoseconds, String> {
+    let ms = number(text, 0.0, 10_000.0, "ms")?;
+    Ok(Nanoseconds((ms * MILLISECOND as f64).round() as i64))
+}
+
+fn assignment(text: &str) -> Result<Assignment, String> {
+    let (address, device) = text.split_once('=').ok_or("write ADDRESS=PROFILE, such as 3=yosemitech-do")?;
+    match address.parse() {
+        Ok(address @ 1..=247) => Ok(Assignment { address, device: device.to_owned() }),
+        _ => Err(format!("'{address}' is not a unit address from 1 to 247")),
+    }
+}

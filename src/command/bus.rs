@@ -1,0 +1,149 @@
+//! What `decode` and `info` share: from the inputs on the command line to events.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use super::failure::Failure;
+use super::message;
+use super::progress::Progress;
+use crate::capture::Input;
+use crate::cli;
+use crate::device::{Devices, Environment, Profile, Profiles};
+use crate::line::LineSettings;
+use crate::pipeline::{Event, Options, Pipeline};
+
+/// What the bus of a recording is called that names none.
+pub(super) const BUS: &str = "bus0";
+
+/// Receives what comes out of the inputs.
+pub(super) trait Sink {
+    /// Whether rows are printed as they come.
+    const PRINTS: bool;
+
+    /// Begins an input with these line settings.
+    fn begin(&mut self, line: LineSettings);
+
+    /// Takes an event.
+    fn event(&mut self, event: &Event<'_>);
+
+    /// Comes after each chunk: frames before `settled_frame` have their transaction, or none;
+    /// `waits` when the next chunk is not there yet.
+    fn pause(&mut self, settled_frame: u64, waits: bool) -> Result<(), Failure>;
+}
+
+/// Returns the built-in profiles and those given.
+pub(super) fn profiles(files: &[impl AsRef<Path>]) -> Result<Arc<Profiles>, Failure> {
+    let mut profiles = Profiles::built_in();
+    for file in files {
+        profiles.add(profile(file.as_ref())?);
+    }
+    Ok(Arc::new(profiles))
+}
+
+/// Reads one profile.
+pub(super) fn profile(file: &Path) -> Result<Profile, Failure> {
+    let name = file.display().to_string();
+    #[expect(clippy::disallowed_methods, reason = "profiles are files")]
+    let text = std::fs::read_to_string(file);
+    let text = text.map_err(|error| Failure::new(format!("cannot read '{name}': {error}")))?;
+    Profile::from_toml(&text, &name).map_err(Failure::new)
+}
+
+/// Reads all inputs, one after the other; counters run on.
+pub(super) fn read(
+    args: &cli::Bus,
+    profiles: &Arc<Profiles>,
+    readings: bool,
+    sink: &mut impl Sink,
+) -> Result<(), Failure> {
+    let mut ids = (0, 0);
+    devices(args, profiles)?;
+    for path in &args.inputs {
+        let input = Input::open(path, args.input_format.map(Into::into))?;
+        let options = Options {
+            line: line(args, &input),
+            adapter_hold_ns: args.adapter_hold.map(|hold| hold.0),
+            first_frame_id: ids.0,
+            first_transaction_id: ids.1,
+            readings,
+        };
+        sink.begin(options.line);
+        let mut pipeline = Pipeline::new(options, devices(args, profiles)?, profiles.shapes());
+        read_input(input, &mut pipeline, sink)?;
+        ids = pipeline.next_ids();
+    }
+    Ok(())
+}
+
+/// Returns devices of which nothing is known but what the command line says.
+fn devices(args: &cli::Bus, profiles: &Arc<Profiles>) -> Result<Devices, Failure> {
+    let default = Environment::default();
+    let environment = Environment {
+        salinity: args.salinity.unwrap_or(default.salinity),
+        pressure_kpa: args.pressure_kpa.unwrap_or(default.pressure_kpa),
+    };
+    let mut devices = Devices::new(Arc::clone(profiles), environment);
+    for assignment in &args.devices {
+        devices.assign(assignment.address, &assignment.device).map_err(|error| {
+            Failure::hinted(error, "'rtutap profiles' lists the profiles; --profile adds one")
+        })?;
+    }
+    Ok(devices)
+}
+
+/// Chooses the line settings: those asked for, the recording's, or what sensors leave the factory with.
+fn line(args: &cli::Bus, input: &Input) -> LineSettings {
+    if let Some(error) = input.misread() {
+        message::warning(format_args!(
+            "'{}' is text, but no hex text ({error}): read as raw bytes",
+            input.name()
+        ));
+        message::hint("--input-format hex to read it as hex text all the same");
+    }
+    args.line.or(input.line()).unwrap_or_else(|| {
+        let line = LineSettings::default();
+        message::note(format_args!("'{}' does not name its line settings: {line} assumed", input.name()));
+        line
+    })
+}
+
+fn read_input<S: Sink>(mut input: Input, pipeline: &mut Pipeline, sink: &mut S) -> Result<(), Failure> {
+    let mut progress = Progress::new(S::PRINTS);
+    let trouble = loop {
+        match input.next_chunk() {
+            Ok(Some(chunk)) => pipeline.handle_bytes(&chunk),
+            Ok(None) => break None,
+            Err(error) => break Some(error),
+        }
+        drain(pipeline, sink);
+        let waits = input.is_drained();
+        if waits {
+            progress.update(&input);
+        }
+        sink.pause(pipeline.settled_frame_id(), waits)?;
+    };
+    pipeline.finish();
+    drain(pipeline, sink);
+    sink.pause(u64::MAX, true)?;
+    progress.finish();
+    if let Some(back) = input.times_back() {
+        let more = match back.count {
+            1 => String::new(),
+            count => format!(" and {} more", count - 1),
+        };
+        message::warning(format_args!(
+            "'{}': the time goes back in line {}{more}; the time before is taken instead",
+            input.name(),
+            back.line
+        ));
+    }
+    // What was read before the trouble has been shown.
+    trouble.map_or(Ok(()), |error| Err(error.into()))
+}
+
+/// Hands over all events that are there.
+pub(super) fn drain(pipeline: &mut Pipeline, sink: &mut impl Sink) {
+    while let Some(event) = pipeline.poll_event() {
+        sink.event(&event);
+    }
+}

@@ -1,0 +1,47 @@
+//! Why a command could not be done.
+
+use std::fmt::Display;
+use std::io;
+
+use crate::capture::InputError;
+
+/// Is why a command ended early.
+#[derive(Debug)]
+pub(super) enum Failure {
+    /// Nobody reads the output any more.
+    ClosedPipe,
+    /// It could not be done.
+    Problem {
+        /// What was wrong, and where.
+        message: String,
+        /// How to mend it.
+        hint: Option<String>,
+    },
+}
+
+impl Failure {
+    pub(super) fn new(message: impl Display) -> Self {
+        Failure::Problem { message: message.to_string(), hint: None }
+    }
+
+    pub(super) fn hinted(message: impl Display, hint: impl Display) -> Self {
+        Failure::Problem { message: message.to_string(), hint: Some(hint.to_string()) }
+    }
+
+    /// Makes a failure of what the system said about an output.
+    pub(super) fn writing(name: impl Display, error: &io::Error) -> Self {
+        match error.kind() {
+            io::ErrorKind::BrokenPipe => Failure::ClosedPipe,
+            io::ErrorKind::NotFound => {
+                Failure::hinted(format!("cannot write '{name}': {error}"), "create the directory first")
+            }
+            _ => Failure::new(format!("cannot write '{name}': {error}")),
+        }
+    }
+}
+
+impl From<InputError> for Failure {
+    fn from(error: InputError) -> Self {
+        Failure::hinted(&error, error.hint())
+    }
+}

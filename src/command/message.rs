@@ -1,0 +1,31 @@
+//! Messages on standard error: `error:`, `warning:`, `note:` and `hint:`.
+
+use std::fmt::Display;
+use std::io::Write;
+
+use anstyle::{AnsiColor, Style};
+
+fn say(style: Style, kind: &str, text: impl Display) {
+    // When standard error cannot be written to, there is nobody to tell.
+    let _ = writeln!(anstream::stderr(), "{style}{kind}:{style:#} {text}");
+}
+
+fn bold(colour: AnsiColor) -> Style {
+    colour.on_default().bold()
+}
+
+pub(super) fn error(text: impl Display) {
+    say(bold(AnsiColor::Red), "error", text);
+}
+
+pub(super) fn warning(text: impl Display) {
+    say(bold(AnsiColor::Yellow), "warning", text);
+}
+
+pub(super) fn note(text: impl Display) {
+    say(Style::new().bold(), "note", text);
+}
+
+pub(super) fn hint(text: impl Display) {
+    say(bold(AnsiColor::Cyan), "hint", text);
+}

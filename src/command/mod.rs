@@ -1,0 +1,39 @@
+//! One file a command: the only place that owns output, clocks and what becomes of errors.
+
+mod bus;
+mod decode;
+mod demo;
+mod failure;
+mod info;
+mod message;
+mod output;
+mod profiles;
+mod progress;
+mod simulate;
+
+use std::process::ExitCode;
+
+use crate::cli::{Cli, Command};
+use failure::Failure;
+
+/// Runs what the command line asks for; returns 0 when done, 2 when it could not be done.
+pub fn run(cli: &Cli) -> ExitCode {
+    let result = match &cli.command {
+        Command::Decode(args) => decode::run(args, cli.verbose),
+        Command::Info(args) => info::run(args),
+        Command::Simulate(args) => simulate::run(args),
+        Command::Demo(args) => demo::run(args, cli.verbose),
+        Command::Profiles(args) => profiles::run(args),
+    };
+    match result {
+        // Who reads the output has had enough: nothing went wrong.
+        Ok(()) | Err(Failure::ClosedPipe) => ExitCode::SUCCESS,
+        Err(Failure::Problem { message, hint }) => {
+            message::error(&message);
+            if let Some(hint) = hint {
+                message::hint(&hint);
+            }
+            ExitCode::from(2)
+        }
+    }
+}

@@ -1,0 +1,92 @@
+//! `rtutap profiles`: lists, shows and checks device profiles.
+
+use std::fmt::{self, Write};
+use std::path::Path;
+
+use super::failure::Failure;
+use super::output::Output;
+use super::{bus, message};
+use crate::cli::{self, ProfileAction};
+use crate::device::{Command, FieldSpec, Profile, Profiles};
+
+/// Runs the command.
+pub(super) fn run(args: &cli::Profiles) -> Result<(), Failure> {
+    let mut text = String::new();
+    // Writing to a string cannot fail.
+    let _ = match &args.action {
+        None | Some(ProfileAction::List) => list(&Profiles::built_in(), &mut text),
+        Some(ProfileAction::Show { id }) => {
+            let profiles = Profiles::built_in();
+            let profile = profiles.get(id).ok_or_else(|| {
+                let hint = "'rtutap profiles list' lists them";
+                Failure::hinted(format!("there is no profile '{id}'"), hint)
+            })?;
+            show(profile, &mut text)
+        }
+        Some(ProfileAction::Check { file }) => check(file, &mut text)?,
+    };
+    let mut output = Output::stdout();
+    output.buffer.extend_from_slice(text.as_bytes());
+    output.flush()
+}
+
+fn list(profiles: &Profiles, out: &mut String) -> fmt::Result {
+    let width = profiles.iter().map(|profile| profile.id.len()).max().unwrap_or(0);
+    for profile in profiles.iter() {
+        writeln!(out, "{:<width$}  {:>2} commands  {}", profile.id, profile.commands.len(), profile.name)?;
+    }
+    Ok(())
+}
+
+fn show(profile: &Profile, out: &mut String) -> fmt::Result {
+    writeln!(out, "{}: {}", profile.id, profile.name)?;
+    if let Some(vendor) = &profile.vendor {
+        writeln!(out, "made by {vendor}")?;
+    }
+    if let Some(manual) = &profile.manual {
+        writeln!(out, "after {manual}")?;
+    }
+    for command in &profile.commands {
+        show_command(command, out)?;
+    }
+    for derived in &profile.derived {
+        writeln!(out, "\n{} is derived, by the formula {}", derived.name, derived.formula.name())?;
+    }
+    for remark in &profile.remarks {
+        writeln!(out, "\n{remark}")?;
+    }
+    Ok(())
+}
+
+fn show_command(command: &Command, out: &mut String) -> fmt::Result {
+    let quantities: Vec<String> = command.quantities.iter().map(u16::to_string).collect();
+    write!(out, "\n{:<22} FC{:02} 0x{:04x}", command.name, command.function, command.start_register)?;
+    writeln!(out, " ×{}", quantities.join(" or "))?;
+    for (side, fields) in [("request", &command.request), ("response", &command.response)] {
+        for field in fields {
+            show_field(side, field, out)?;
+        }
+    }
+    match &command.remark {
+        Some(remark) => writeln!(out, "    {remark}"),
+        None => Ok(()),
+    }
+}
+
+fn show_field(side: &str, field: &FieldSpec, out: &mut String) -> fmt::Result {
+    let span = field.span();
+    let unit = field.unit.as_deref().unwrap_or("");
+    let bytes = format!("{side} data {}-{}", span.start, span.end.saturating_sub(1));
+    writeln!(out, "    {:<20} {bytes:<20} {unit}", field.name)
+}
+
+/// Checks a profile; every problem is an error of its own.
+fn check(file: &Path, out: &mut String) -> Result<fmt::Result, Failure> {
+    let profile = bus::profile(file)?;
+    let known = Profiles::built_in();
+    if known.get(&profile.id).is_some() {
+        message::note(format_args!("with --profile it takes the place of the built-in {}", profile.id));
+    }
+    let commands = profile.commands.len();
+    Ok(writeln!(out, "{}: good: {}, {commands} commands", file.display(), profile.id))
+}

@@ -1,0 +1,239 @@
+//! The summary of a recording: times, line, devices, counts.
+
+use std::collections::BTreeMap;
+use std::fmt::{self, Write};
+
+use serde::Serialize;
+
+use super::Clock;
+use crate::decode::frame::Place;
+use crate::decode::transaction::Outcome;
+use crate::line::LineSettings;
+use crate::pipeline::Event;
+use crate::time::{SECOND, Timestamp};
+
+/// Counts what a recording holds; its counts equal those of `decode`.
+#[derive(Debug, Default)]
+pub struct Info {
+    bytes: u64,
+    frames: u64,
+    damaged: u64,
+    damaged_bytes: u64,
+    lost: u64,
+    outcomes: BTreeMap<Outcome, u64>,
+    units: BTreeMap<(String, u8), Unit>,
+    /// For each input its line settings, and its first and last time.
+    inputs: Vec<(LineSettings, Option<(Timestamp, Timestamp)>)>,
+    /// How long bytes were on the wire, over all inputs with times.
+    busy_ns: i64,
+}
+
+/// Is what is known about a unit address.
+#[derive(Debug, Default)]
+struct Unit {
+    answers: u64,
+    device: Option<String>,
+    serial_number: Option<String>,
+    evidence: Option<String>,
+    frames: Vec<u64>,
+}
+
+#[derive(Serialize)]
+struct DeviceRow<'a> {
+    bus: &'a str,
+    address: u8,
+    device: Option<&'a str>,
+    serial_number: Option<&'a str>,
+    evidence: Option<&'a str>,
+    frames: &'a [u64],
+    answers: u64,
+}
+
+#[derive(Serialize)]
+struct Summary<'a> {
+    bytes: u64,
+    frames: u64,
+    damaged: u64,
+    damaged_bytes: u64,
+    transactions: BTreeMap<&'static str, u64>,
+    devices: Vec<DeviceRow<'a>>,
+    start_ns: Option<i64>,
+    end_ns: Option<i64>,
+    line: Option<String>,
+    complete: bool,
+}
+
+impl Info {
+    /// Begins an input with these line settings.
+    pub fn begin(&mut self, line: LineSettings) {
+        self.inputs.push((line, None));
+    }
+
+    /// Takes an event.
+    pub fn event(&mut self, bus: &str, event: &Event<'_>) {
+        match event {
+            Event::Frame(frame) => {
+                self.frames += 1;
+                self.place(&frame.place);
+            }
+            Event::Damaged(damaged) => {
+                self.damaged += 1;
+                self.damaged_bytes += damaged.place.bytes.len() as u64;
+                self.place(&damaged.place);
+            }
+            Event::Lost(lost) => self.lost = self.lost.saturating_add(lost.count.max(1)),
+            Event::Identified { identified, .. } => {
+                let unit = self.units.entry((bus.to_owned(), identified.address)).or_default();
+                unit.device = Some(identified.device.to_string());
+                unit.serial_number.clone_from(&identified.serial_number);
+                unit.evidence = Some(identified.evidence.clone());
+                unit.frames.clone_from(&identified.frames);
+            }
+            Event::Transaction { transaction, .. } => {
+                *self.outcomes.entry(transaction.outcome).or_default() += 1;
+                if transaction.response.is_some_and(|side| !side.damaged) {
+                    self.units.entry((bus.to_owned(), transaction.address)).or_default().answers += 1;
+                }
+            }
+            Event::Reading { .. } => {}
+        }
+    }
+
+    fn place(&mut self, place: &Place<'_>) {
+        self.bytes += place.bytes.len() as u64;
+        let (Some((line, span)), Some(time)) = (self.inputs.last_mut(), place.time) else { return };
+        let on_wire = line.character_ns().saturating_mul(place.bytes.len() as i64); // a run is far below 2^63
+        self.busy_ns = self.busy_ns.saturating_add(on_wire);
+        let (start, end) = (time.start.midpoint(), time.end.midpoint());
+        let (first, last) = span.unwrap_or((start, end));
+        *span = Some((first.min(start), last.max(end)));
+    }
+
+    /// Returns the first and the last time of all inputs.
+    fn span(&self) -> Option<(Timestamp, Timestamp)> {
+        let spans = self.inputs.iter().filter_map(|(_, span)| *span);
+        spans.reduce(|(first, last), (start, end)| (first.min(start), last.max(end)))
+    }
+
+    /// Returns how much of the time the line was busy, in percent; `None` without times.
+    fn load(&self) -> Option<f64> {
+        let spans = self.inputs.iter().filter_map(|(_, span)| *span);
+        let duration = spans.map(|(start, end)| end - start).fold(0_i64, i64::saturating_add);
+        (duration > 0).then(|| self.busy_ns as f64 / duration as f64 * 100.0)
+    }
+
+    fn transactions(&self) -> u64 {
+        self.outcomes.values().sum()
+    }
+
+    /// Returns the line settings of all inputs, or `None` when they differ.
+    fn line(&self) -> Option<LineSettings> {
+        let (first, _) = *self.inputs.first()?;
+        self.inputs.iter().all(|(line, _)| *line == first).then_some(first)
+    }
+
+    /// Returns the summary as one JSON object.
+    pub fn to_json(&self) -> String {
+        let devices = self.units.iter().map(|((bus, address), unit)| DeviceRow {
+            bus,
+            address: *address,
+            device: unit.device.as_deref(),
+            serial_number: unit.serial_number.as_deref(),
+            evidence: unit.evidence.as_deref(),
+            frames: &unit.frames,
+            answers: unit.answers,
+        });
+        let count = |outcome| self.outcomes.get(&outcome).copied().unwrap_or(0);
+        let summary = Summary {
+            bytes: self.bytes,
+            frames: self.frames,
+            damaged: self.damaged,
+            damaged_bytes: self.damaged_bytes,
+            transactions: Outcome::ALL.map(|outcome| (outcome.name(), count(outcome))).into(),
+            devices: devices.collect(),
+            start_ns: self.span().map(|(start, _)| start.as_ns()),
+            end_ns: self.span().map(|(_, end)| end.as_ns()),
+            line: self.line().map(|line| line.to_string()),
+            complete: self.lost == 0,
+        };
+        serde_json::to_string(&summary).unwrap_or_default() // plain data: cannot fail
+    }
+
+    /// Returns the summary for people, a line a fact.
+    pub fn to_text(&self, clock: Clock) -> String {
+        let mut text = String::new();
+        let _ = self.write_text(clock, &mut text); // writing to a string cannot fail
+        text
+    }
+
+    fn write_text(&self, clock: Clock, out: &mut String) -> fmt::Result {
+        match self.span() {
+            Some((start, end)) => {
+                writeln!(out, "from          {}", clock.short(start))?;
+                writeln!(out, "to            {}  ({})", clock.short(end), duration(end - start))?;
+            }
+            None => writeln!(out, "times         none in this recording")?,
+        }
+        match self.line() {
+            Some(line) => write!(out, "line          {line}")?,
+            None => write!(out, "line          differs between the inputs")?,
+        }
+        if let Some(load) = self.load() {
+            write!(out, ", {load:.1} % busy")?;
+        }
+        writeln!(out, "\nbytes         {}", self.bytes)?;
+        if self.lost > 0 {
+            writeln!(out, "lost          {}", self.lost)?;
+        }
+        writeln!(out, "frames        {}", self.frames)?;
+        let share = self.damaged_bytes as f64 / self.bytes.max(1) as f64 * 100.0;
+        let runs = if self.damaged == 1 { "run" } else { "runs" };
+        writeln!(out, "damaged       {} {runs}, {} bytes, {share:.2} %", self.damaged, self.damaged_bytes)?;
+        writeln!(out, "transactions  {}", self.transactions())?;
+        for outcome in Outcome::ALL {
+            if let Some(count) = self.outcomes.get(&outcome) {
+                writeln!(out, "  {:<14}{count:>8}", outcome.name())?;
+            }
+        }
+        writeln!(out, "devices       {}", self.units.len())?;
+        for ((_, address), unit) in &self.units {
+            let device = unit.device.as_deref().unwrap_or("not recognised");
+            write!(out, "  {address:>3}  {device}")?;
+            if let Some(serial) = &unit.serial_number {
+                write!(out, ", serial number {serial}")?;
+            }
+            if let Some(evidence) = &unit.evidence {
+                write!(out, " ({evidence})")?;
+            }
+            writeln!(out, ", {} answers", unit.answers)?;
+        }
+        Ok(())
+    }
+}
+
+/// Writes a length of time for people, in the two largest units that matter.
+fn duration(ns: i64) -> String {
+    let seconds = ns.max(0) / SECOND;
+    let (days, hours, minutes) = (seconds / 86_400, seconds / 3600 % 24, seconds / 60 % 60);
+    if days > 0 {
+        format!("{days} d {hours} h")
+    } else if hours > 0 {
+        format!("{hours} h {minutes} min")
+    } else if minutes > 0 {
+        format!("{minutes} min {} s", seconds % 60)
+    } else {
+        format!("{:.3} s", ns.max(0) as f64 / SECOND as f64)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn durations_read_well() {
+        for (seconds, text) in [(1, "1.000 s"), (61, "1 min 1 s"), (3660, "1 h 1 min"), (90_000, "1 d 1 h")] {
+            assert_eq!(duration(seconds * SECOND), text);
+        }
+    }
+}
