@@ -251,3 +251,6 @@ fn read_derived(section: &Section<'_>, commands: &[Command]) -> Option<Derived> 
     let inputs = inputs.iter().map(|input| input.value.into()).collect();
     Some(Derived { name: name?.value.into(), unit, formula: formula?, inputs })
 }
+
+#[cfg(test)]
+mod tests;
