@@ -149,16 +149,12 @@ impl Devices {
             _ => t.address,
         };
         let known = &self.known[usize::from(address)];
-        let entry = t.start_register.and_then(|register| self.profiles.entry(t.function.0, register));
-        Meaning {
-            profiles: &self.profiles,
-            environment: self.environment,
-            transaction: *t,
-            entry,
-            device: known.device(),
-            candidates: known.candidates(entry.map(|entry| entry.declaring).unwrap_or_default()),
-            serial_number: known.serial_number(),
-        }
+        let mut meaning = Meaning::new(&self.profiles, self.environment, t);
+        let declaring = meaning.entry.map(|entry| entry.declaring).unwrap_or_default();
+        meaning.device = known.device();
+        meaning.candidates = known.candidates(declaring);
+        meaning.serial_number = known.serial_number();
+        meaning
     }
 }
 

@@ -26,7 +26,8 @@ const SOURCES: [(&str, Source); 4] = [
     ("inference", Source::Inference),
 ];
 
-const FORMS: [(&str, Form); 3] = [
+/// Names of frame forms outside the specification.
+pub(super) const FORMS: [(&str, Form); 3] = [
     ("zero-quantity", Form::ZeroQuantity),
     ("uncounted-data", Form::UncountedData),
     ("counts-registers", Form::CountsRegisters),

@@ -210,3 +210,12 @@ fn a_profile_has_commands_and_a_plain_id() {
         &["3:19: 'service-address' is 1, not a whole number from 248 to 255"],
     );
 }
+
+#[test]
+fn absurd_depth_is_a_message() {
+    for text in ["x = ".to_owned() + &"[".repeat(100_000), "x = ".to_owned() + &"{a=".repeat(100_000)] {
+        assert!(!profile(&text).expect_err("too deep").is_empty());
+    }
+    let dotted = "a.".repeat(20_000) + "b = 1";
+    assert!(!profile(&dotted).expect_err("too deep").is_empty());
+}

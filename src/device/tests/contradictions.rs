@@ -140,3 +140,19 @@ fn two_profiles_that_claim_a_type_are_told_apart_by_their_registers() {
         ("other-do", Some("YL0114010022"))
     );
 }
+
+#[test]
+fn profiles_that_disagree_give_neither_command_nor_field() {
+    // A pH probe answers at the sonde's brush interval with the status of its calibration.
+    let text = "id = \"ph\"\nname = \"pH probe\"\n\
+        [[command]]\nname = \"get-calibration-status\"\nfunction = 3\nregister = 0x0E00\nquantities = [1]\n\
+        response = [{ name = \"brush_interval\", offset = 0, type = \"u16-le\", unit = \"h\" }]\n";
+    let mut profiles = Profiles::built_in();
+    profiles.add(Profile::from_toml(text, "ph.toml").expect("a profile"));
+    let mut bus = Bus::with_profiles(profiles);
+    let told = bus.tells(answered("01 03 0E00 0001", "01 03 02 1E00"));
+    assert_eq!(told.candidates, [SONDE, "ph"]);
+    assert_eq!((told.command, told.fields), (None, vec![]), "names of commands and units of fields differ");
+    assert_eq!(told.likely, Some((SONDE.into(), "get-brush-interval".into())));
+    assert_eq!(told.likely_fields, ["brush_interval 30 min"]);
+}
