@@ -113,6 +113,8 @@ fn a_device_is_followed_to_its_new_address() {
     assert_eq!(identified.serial_number.as_deref(), Some("YL0114010022"));
     assert!(identified.evidence.starts_with("took address 20 in place of 1; before: serial number YL"));
     assert_eq!(bus.tells(measurement(20, 4)).device.as_deref(), Some(DO));
+    let further = bus.identifies(set_address(20, 3)).expect("it moved again");
+    assert_eq!(further.evidence.matches("took address").count(), 1, "{}", further.evidence);
     assert_eq!(bus.tells(measurement(1, 4)).device, None, "nothing is known of the old address");
 }
 
@@ -182,4 +184,15 @@ fn an_assignment_to_an_unknown_profile_names_the_nearest() {
     assert_eq!(error, "no profile is called 'yosemitech-sond'; did you mean 'yosemitech-sonde'?");
     let error = bus.devices.assign(1, "x").expect_err("no such profile").to_string();
     assert!(error.contains(CONDUCTIVITY), "{error}");
+}
+
+#[test]
+fn an_assignment_goes_along_and_the_new_addresses_own_stays() {
+    let mut bus = Bus::new();
+    bus.devices.assign(1, DO).expect("a built-in profile");
+    bus.devices.assign(3, SONDE).expect("a built-in profile");
+    assert_eq!(bus.tells(set_address(1, 2)).device.as_deref(), Some(DO));
+    assert_eq!(bus.tells(measurement(2, 4)).device.as_deref(), Some(DO));
+    assert_eq!(bus.tells(set_address(2, 3)).device.as_deref(), Some(DO), "said by the one that leaves");
+    assert_eq!(bus.tells(sonde_data(3)).device.as_deref(), Some(SONDE));
 }
