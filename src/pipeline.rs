@@ -10,7 +10,9 @@ use crate::decode::damage::{self, Surroundings};
 use crate::decode::frame::{Boundary, Damaged, Frame, Place, Role, WireTime};
 use crate::decode::framer::{Framer, Piece};
 use crate::decode::function::FunctionCode;
-use crate::decode::pairing::{Assembled, Choice, Item, Pairing, Settled, What, frame_readings};
+use crate::decode::pairing::{
+    Assembled, Choice, Item, Pairing, Part, Readings, Settled, What, frame_readings,
+};
 use crate::decode::pdu;
 use crate::decode::shape::Shapes;
 use crate::decode::store::Store;
@@ -235,16 +237,16 @@ impl Pipeline {
 
     /// Returns an id: every frame or run with a smaller one belongs to a transaction that came out, or to none.
     pub fn settled_frame_id(&self) -> u64 {
-        self.pairing.oldest().map_or(self.next_frame, |item| item.id)
+        self.pairing.oldest().map_or(self.next_frame, |(id, _)| id)
     }
 
     /// Lets go of the bytes that no later event needs.
     fn forget(&mut self) {
-        let oldest = self.pairing.oldest().map_or(u64::MAX, |item| item.offset);
+        let oldest = self.pairing.oldest().map_or(u64::MAX, |(_, offset)| offset);
         let waiting = self.pairing.waiting().unwrap_or(u64::MAX);
         let current =
             self.current.and_then(|current| current.assembled.request.or(current.assembled.response));
-        let current = current.map_or(u64::MAX, |item| item.offset);
+        let current = current.map_or(u64::MAX, |part| part.offset);
         self.framer.forget_before(oldest.min(waiting).min(current));
     }
 
@@ -273,8 +275,10 @@ impl Pipeline {
                 let bytes = self.framer.store().slice(offset, end);
                 damage::split(bytes, offset, outstanding, &around, |run| runs.push(run));
                 for run in runs {
-                    let item = self.item(run.offset, run.length, What::Run(run));
-                    self.pair(item);
+                    let damage::Run { reason, role, address, function, .. } = run;
+                    let what = What::Run { reason, role, address, function };
+                    let item = self.item(run.offset, run.length, what);
+                    self.pair(item, &Readings::default());
                 }
             }
         }
@@ -285,32 +289,34 @@ impl Pipeline {
         let end = offset + u64::from(length);
         let bytes = self.framer.store().slice(offset, end);
         let ended = self.framer.stamper().byte(end - 1).map(|byte| byte.interval().midpoint());
-        let (request, response) = frame_readings(bytes, offset, boundary, ended, &self.shapes);
+        let readings = frame_readings(bytes, offset, boundary, ended, &self.shapes);
         let function = FunctionCode(bytes[1]); // a frame has at least four bytes
-        let what = What::Frame { function, boundary, confidence, request, response };
-        let item = self.item(offset, u64::from(length), what);
-        self.pair(item);
+        let what = What::Frame { function, boundary, confidence };
+        let item = self.item(offset, u32::from(length), what);
+        self.pair(item, &readings);
     }
 
-    fn pair(&mut self, item: Item) {
+    fn pair(&mut self, item: Item, readings: &Readings) {
         if item.time.is_none() {
             self.pairing.expire(item.at);
         }
-        self.pairing.push(item, self.framer.store(), self.framer.experience());
+        self.pairing.push(item, readings, self.framer.store(), self.framer.experience());
     }
 
     /// Gives a stretch of the stream its id and times.
-    fn item(&mut self, offset: u64, length: u64, what: What) -> Item {
+    fn item(&mut self, offset: u64, length: u32, what: What) -> Item {
         let id = self.next_frame;
         self.next_frame += 1;
         let stamper = self.framer.stamper();
-        let time = stamper.byte(offset).zip(stamper.byte(offset + length - 1)).map(|(first, last)| {
-            WireTime { start: first.interval().shifted(-stamper.character_ns()), end: last.interval() }
+        let last = offset + u64::from(length) - 1;
+        let time = stamper.byte(offset).zip(stamper.byte(last)).map(|(first, last)| WireTime {
+            start: first.interval().shifted(-stamper.character_ns()),
+            end: last.interval(),
         });
         let before = offset.checked_sub(1).and_then(|before| stamper.byte(before));
         let gap_before =
             before.zip(time).map(|(before, time)| not_negative(before.interval().until(time.start)));
-        let arrival = || stamper.arrival(offset + length - 1).unwrap_or(self.now);
+        let arrival = || stamper.arrival(last).unwrap_or(self.now);
         let at = if time.is_some() { self.now } else { arrival() };
         Item { id, offset, length, time, gap_before, at, what }
     }
@@ -419,13 +425,9 @@ impl Pipeline {
                 };
                 Event::Frame(Frame { place, role, echo, boundary, confidence })
             }
-            What::Run(run) => Event::Damaged(Damaged {
-                place,
-                reason: run.reason,
-                role: run.role,
-                address: run.address,
-                function: run.function,
-            }),
+            What::Run { reason, role, address, function } => {
+                Event::Damaged(Damaged { place, reason, role, address, function })
+            }
         }
     }
 }
@@ -433,11 +435,11 @@ impl Pipeline {
 /// Gives an assembled transaction its bytes.
 fn transaction<'a>(store: &'a Store, current: &Current) -> Transaction<'a> {
     let Assembled { request, response, outcome } = current.assembled;
-    let side = |item: Item| Side {
-        id: item.id,
-        bytes: store.slice(item.offset, item.end()),
-        damaged: matches!(item.what, What::Run(_)),
-        time: item.time,
+    let side = |part: Part| Side {
+        id: part.id,
+        bytes: store.slice(part.offset, part.end()),
+        damaged: part.damaged,
+        time: part.time,
     };
     let (request, response) = (request.map(side), response.map(side));
     // A good frame leads: the request's, or else the response's.
