@@ -8,6 +8,9 @@ pub mod decode;
 pub mod device;
 pub mod line;
 pub mod pipeline;
+<<<<<<< HEAD
 pub mod report;
+=======
+>>>>>>> main
 pub mod simulate;
 pub mod time;

@@ -28,7 +28,7 @@ pub(super) fn run(args: &cli::Demo, verbose: bool) -> Result<(), Failure> {
     let profiles = Arc::new(Profiles::built_in());
     let (output, colour) = Output::terminal();
     let text = Text::new(Clock::new(TimeStyle::Relative), colour, verbose, &profiles);
-    let rows = Rows::new(vec![Show::Transactions], Box::new(text), None);
+    let rows = Rows::new(vec![Show::Devices, Show::Transactions], Box::new(text), None);
     let devices = Devices::new(Arc::clone(&profiles), Environment::default());
     let options = Options {
         line: config.line,

@@ -3,9 +3,11 @@
 use std::collections::HashMap;
 use std::fmt;
 use std::iter::Sum;
+use std::sync::Arc;
 
 use rtutap::decode::chunk::{Chunk, ReadTime};
 use rtutap::decode::frame::Role;
+use rtutap::device::{Devices, Environment, Profiles};
 use rtutap::line::LineSettings;
 use rtutap::pipeline::{Event, Options, Pipeline};
 use rtutap::simulate::{Adapter, Config, Scenario, Simulation, TruthFrame};
@@ -79,7 +81,9 @@ struct Found {
 pub fn pipeline(line: LineSettings, adapter_hold_ns: Option<i64>) -> Pipeline {
     let options =
         Options { line, adapter_hold_ns, first_frame_id: 0, first_transaction_id: 0, readings: false };
-    crate::tally::with_devices(options)
+    let profiles = Profiles::built_in();
+    let shapes = profiles.shapes();
+    Pipeline::new(options, Devices::new(Arc::new(profiles), Environment::default()), shapes)
 }
 
 /// Decodes one simulated bus, checking on the way that its rows give back every byte in order.
@@ -124,6 +128,7 @@ pub fn run(scenario: Scenario, adapter: Adapter, line: LineSettings, seed: u64, 
     pipeline.finish();
     drain(&mut pipeline, &bytes);
     assert_eq!(given_back, bytes.len() as u64, "all bytes come back");
+<<<<<<< HEAD
     if let Ok(wanted) = std::env::var("RTUTAP_SHOW_MISSES") {
         if wanted == scenario.name && adapter == Adapter::Uart {
             show_misses(&truth, &found, &bytes, &pairs);
@@ -168,6 +173,11 @@ fn show_misses(truth: &[TruthFrame], found: &[Found], bytes: &[u8], pairs: &Hash
     }
 }
 
+=======
+    compare(&truth, &found, &pairs)
+}
+
+>>>>>>> main
 fn compare(truth: &[TruthFrame], found: &[Found], pairs: &HashMap<u64, u64>) -> Tally {
     let by_span: HashMap<(u64, u64), (usize, &Found)> =
         found.iter().enumerate().map(|(id, f)| ((f.start, f.end), (id, f))).collect();
@@ -196,6 +206,7 @@ fn compare(truth: &[TruthFrame], found: &[Found], pairs: &HashMap<u64, u64>) -> 
     tally.phantoms = frames.filter(|(id, _)| !real.contains(id)).count() as u64;
     tally
 }
+<<<<<<< HEAD
 
 pub fn with_devices(options: Options) -> Pipeline {
     use rtutap::decode::shape::{Form, Quirk, Shapes};
@@ -211,3 +222,5 @@ pub fn with_devices(options: Options) -> Pipeline {
     quirks.sort();
     Pipeline::new(options, rtutap::device::Devices, Shapes { quirks, service_addresses: vec![255] })
 }
+=======
+>>>>>>> main

@@ -315,7 +315,10 @@ impl Lattice {
         if any_length && !context.stamper.gap_possible(end, context.gap_ns) {
             return;
         }
-        let base = score::frame(candidate, bytes, context.experience);
+        let mut base = score::frame(candidate, bytes, context.experience);
+        if any_length && crc::is_good(&bytes[..bytes.len() - 1]) {
+            base += score::ZERO_EXTENSION; // more likely a frame with a stray 00 behind it
+        }
         let begin = context.begin(offset);
         let node = *self.node(offset);
         for (slot, entry) in node.alive() {

@@ -28,6 +28,7 @@ pub const BEST_TAIL: f32 = RESPONSE_FITS;
 pub const RESPONSE_FITS: f32 = 5.0;
 const SAME_AS_OUTSTANDING: f32 = 5.0;
 const UNTIMED_ECHO: f32 = -4.0;
+const UNSOLICITED: f32 = -8.0;
 
 /// Scores what is unusual in a candidate's form.
 fn form(candidate: Candidate, function: u8, experience: &Experience) -> f32 {
@@ -92,16 +93,22 @@ pub fn response(
     since: Option<i64>,
     experience: &Experience,
 ) -> (f32, Fit) {
-    let unsolicited = if junk >= 6 { -2.0 } else { -8.0 };
-    let Some(outstanding) = outstanding else { return (unsolicited, Fit::None) };
+    // Junk of a request's size may be the request.
+    let after_damage = junk >= 6;
+    let Some(outstanding) = outstanding else {
+        return (if after_damage { 0.0 } else { UNSOLICITED }, Fit::None);
+    };
     let fit = outstanding.fit(candidate, bytes);
     let mut score = match fit {
         Fit::Full => RESPONSE_FITS,
         Fit::Function => -3.0,
-        Fit::None => return (unsolicited, fit),
+        Fit::None => return (if after_damage { -2.0 } else { UNSOLICITED }, fit),
     };
     if let Some(since) = since {
         score += tardiness(since, experience.limit_ns(outstanding.address));
+    }
+    if after_damage && fit == Fit::Full {
+        score = score.max(2.0); // the master may have asked again
     }
     if matches!(bytes[1], 5 | 6 | 8 | 22) {
         score += if outstanding.echoed { 0.0 } else { experience.ln_no_echo() };

@@ -148,7 +148,7 @@ impl State {
     fn damaged_request_bonus(&self, view: &View<'_>) -> f32 {
         let repeats = matches!(view.bytes[1], 5 | 6 | 8 | 22);
         let alike = self.damaged_length.abs_diff(view.item.length) <= 1;
-        if repeats && alike && self.junk > 0 && self.outstanding.is_none() { 3.0 } else { 0.0 }
+        if repeats && alike && self.junk > 0 && self.outstanding.is_none() { 1.0 } else { 0.0 }
     }
 
     /// The answer to a request that the master has given up.
