@@ -8,9 +8,6 @@ pub mod decode;
 pub mod device;
 pub mod line;
 pub mod pipeline;
-<<<<<<< HEAD
 pub mod report;
-=======
->>>>>>> main
 pub mod simulate;
 pub mod time;

@@ -128,56 +128,9 @@ pub fn run(scenario: Scenario, adapter: Adapter, line: LineSettings, seed: u64, 
     pipeline.finish();
     drain(&mut pipeline, &bytes);
     assert_eq!(given_back, bytes.len() as u64, "all bytes come back");
-<<<<<<< HEAD
-    if let Ok(wanted) = std::env::var("RTUTAP_SHOW_MISSES") {
-        if wanted == scenario.name && adapter == Adapter::Uart {
-            show_misses(&truth, &found, &bytes, &pairs);
-        }
-    }
     compare(&truth, &found, &pairs)
 }
 
-fn show_misses(truth: &[TruthFrame], found: &[Found], bytes: &[u8], pairs: &HashMap<u64, u64>) {
-    let by_span: HashMap<(u64, u64), &Found> = found.iter().map(|f| ((f.start, f.end), f)).collect();
-    let mut last = 0;
-    for (i, t) in truth.iter().enumerate() {
-        let ok = by_span.get(&(t.start, t.end)).is_some_and(|f| f.role == t.role && f.echo == t.echo);
-        if t.clean && !ok && t.start > last {
-            println!("--- miss {i} {}..{} {:?} echo {}", t.start, t.end, t.role, t.echo);
-            for t in &truth[i.saturating_sub(3)..(i + 4).min(truth.len())] {
-                println!(
-                    "  truth {:6}..{:6} {:?} clean {} echo {} at {} : {:02x?}",
-                    t.start,
-                    t.end,
-                    t.role,
-                    t.clean,
-                    t.echo,
-                    t.start_time.as_ns() / 1000 % 100_000_000,
-                    &bytes[t.start as usize..t.end as usize]
-                );
-            }
-            for (id, f) in
-                found.iter().enumerate().filter(|(_, f)| f.end + 40 > t.start && f.start < t.end + 40)
-            {
-                println!(
-                    "  found {:6}..{:6} {:?} echo {} answers {:?}",
-                    f.start,
-                    f.end,
-                    f.role,
-                    f.echo,
-                    pairs.get(&(id as u64))
-                );
-            }
-            last = t.end + 100;
-        }
-    }
-}
-
-=======
-    compare(&truth, &found, &pairs)
-}
-
->>>>>>> main
 fn compare(truth: &[TruthFrame], found: &[Found], pairs: &HashMap<u64, u64>) -> Tally {
     let by_span: HashMap<(u64, u64), (usize, &Found)> =
         found.iter().enumerate().map(|(id, f)| ((f.start, f.end), (id, f))).collect();
@@ -206,21 +159,3 @@ fn compare(truth: &[TruthFrame], found: &[Found], pairs: &HashMap<u64, u64>) -> 
     tally.phantoms = frames.filter(|(id, _)| !real.contains(id)).count() as u64;
     tally
 }
-<<<<<<< HEAD
-
-pub fn with_devices(options: Options) -> Pipeline {
-    use rtutap::decode::shape::{Form, Quirk, Shapes};
-    let q = |function, start_register, form| Quirk { function, start_register, form };
-    let mut quirks = vec![
-        q(3, 0x2500, Form::ZeroQuantity),
-        q(3, 0x2E00, Form::ZeroQuantity),
-        q(3, 0x2500, Form::UncountedData),
-        q(3, 0x2E00, Form::UncountedData),
-        q(16, 0x1C00, Form::ZeroQuantity),
-        q(16, 0x2F00, Form::ZeroQuantity),
-    ];
-    quirks.sort();
-    Pipeline::new(options, rtutap::device::Devices, Shapes { quirks, service_addresses: vec![255] })
-}
-=======
->>>>>>> main
