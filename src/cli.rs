@@ -191,7 +191,7 @@ pub struct Demo {
     pub duration: u32,
 
     /// Chooses among all possible courses of events
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 20)]
     pub seed: u64,
 }
 

@@ -166,9 +166,10 @@ impl Info {
         text
     }
 
-    fn write_text(&self, clock: Clock, out: &mut String) -> fmt::Result {
+    fn write_text(&self, mut clock: Clock, out: &mut String) -> fmt::Result {
         match self.span() {
             Some((start, end)) => {
+                clock.begin(start);
                 writeln!(out, "from          {}", clock.short(start))?;
                 writeln!(out, "to            {}  ({})", clock.short(end), duration(end - start))?;
             }
