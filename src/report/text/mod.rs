@@ -17,7 +17,7 @@ use crate::decode::frame::{Damaged, Frame, Role};
 use crate::decode::function::FunctionCode;
 use crate::decode::pdu::{self, PduValue};
 use crate::decode::transaction::{Outcome, Side, Transaction};
-use crate::device::{Identified, Meaning, Profiles};
+use crate::device::{Field, Identified, Meaning, Profiles};
 use crate::pipeline::{Event, Lost};
 use crate::time::{MILLISECOND, Span, Timestamp};
 use style::Styles;
@@ -167,8 +167,8 @@ impl Text {
         let reason = damaged.reason.name();
         let gap = latency(place.gap_before);
         // The reason is longer than a function code: it takes what it needs from the gap's column.
-        let width = 20_usize.saturating_sub(reason.len()).max(1);
-        write!(self.line, "  {bad}{reason}{bad:#} {dim}{gap:>width$}{dim:#}   ")?;
+        let width = 21_usize.saturating_sub(reason.len()).max(1);
+        write!(self.line, "  {bad}{reason}{bad:#} {dim}{gap:>width$}{dim:#}  ")?;
         self.bytes(place.bytes);
         self.line_errors(place.line_errors.len());
         Ok(())
@@ -267,6 +267,12 @@ impl Format for Text {
     }
 }
 
+/// Returns the fields that are sure, then those of the likeliest reading, each with the mark it is shown with.
+fn marked_fields<'a>(meaning: &Meaning<'a>) -> impl Iterator<Item = (Field<'a>, &'static str)> {
+    let sure = meaning.fields().map(|field| (field, ""));
+    sure.chain(meaning.likely_fields().map(|field| (field, "?")))
+}
+
 /// Writes fields; without a profile, the data of the PDU.
 fn write_meaning(line: &mut String, row: &Transaction<'_>, meaning: &Meaning<'_>) -> fmt::Result {
     let mut separator = "";
@@ -276,12 +282,8 @@ fn write_meaning(line: &mut String, row: &Transaction<'_>, meaning: &Meaning<'_>
         known = true;
         write!(line, "{before}{text}")
     };
-    let fields: Vec<_> = match meaning.command() {
-        Some(_) => meaning.fields().collect(),
-        None => meaning.likely_fields().collect(),
-    };
-    for f in fields {
-        field(line, format_args!("{} {f}", f.name))?;
+    for (f, mark) in marked_fields(meaning) {
+        field(line, format_args!("{}{mark} {f}", f.name))?;
     }
     if known || meaning.command().is_some() || meaning.likely().is_some() {
         return Ok(());
