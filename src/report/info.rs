@@ -166,9 +166,10 @@ impl Info {
         text
     }
 
-    fn write_text(&self, clock: Clock, out: &mut String) -> fmt::Result {
+    fn write_text(&self, mut clock: Clock, out: &mut String) -> fmt::Result {
         match self.span() {
             Some((start, end)) => {
+                clock.begin(start);
                 writeln!(out, "from          {}", clock.short(start))?;
                 writeln!(out, "to            {}  ({})", clock.short(end), duration(end - start))?;
             }
@@ -198,14 +199,12 @@ impl Info {
         writeln!(out, "devices       {}", self.units.len())?;
         for ((_, address), unit) in &self.units {
             let device = unit.device.as_deref().unwrap_or("not recognised");
-            write!(out, "  {address:>3}  {device}")?;
-            if let Some(serial) = &unit.serial_number {
-                write!(out, ", serial number {serial}")?;
+            let serial = unit.serial_number.as_deref().unwrap_or("-");
+            write!(out, "  {address:>3}  {device:<24} {serial:<13}{:>8} answers", unit.answers)?;
+            match &unit.evidence {
+                Some(evidence) => writeln!(out, "  by {evidence}")?,
+                None => writeln!(out)?,
             }
-            if let Some(evidence) = &unit.evidence {
-                write!(out, " ({evidence})")?;
-            }
-            writeln!(out, ", {} answers", unit.answers)?;
         }
         Ok(())
     }
