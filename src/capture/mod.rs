@@ -4,22 +4,27 @@
 
 mod hex_text;
 mod instant;
+pub mod mcap;
 mod raw;
 
 use std::fs::File;
-use std::io::{self, Cursor, Read};
+use std::io::{self, Cursor, Read, Seek};
 use std::path::Path;
 
 use thiserror::Error;
 
-use crate::decode::chunk::Chunk;
+use self::mcap::{Facts, Recording};
+use crate::decode::chunk::{Chunk, Lost};
 use crate::line::LineSettings;
+use crate::time::Timestamp;
 use hex_text::HexText;
 pub use hex_text::{HexError, TimesBack};
 use raw::Raw;
 
 /// The first bytes of every MCAP file (MCAP specification, "Magic").
 const MCAP_MAGIC: &[u8] = b"\x89MCAP0\r\n";
+/// What the bus of an input is called that names none.
+pub const BUS: &str = "bus0";
 /// How much of an input decides what it is, in bytes.
 const PREFIX: u64 = 4096;
 
@@ -30,6 +35,38 @@ pub enum InputFormat {
     Hex,
     /// The bytes themselves, without times.
     Raw,
+    /// A recording in MCAP.
+    Mcap,
+}
+
+/// Is what comes next in an input.
+#[derive(Clone, Copy, Debug)]
+pub enum Item<'a> {
+    /// The settings of a bus from here on; decoding starts afresh.
+    Line {
+        /// The bus.
+        bus: &'a str,
+        /// Speed and character format.
+        line: LineSettings,
+        /// The longest time the adapter keeps a byte back, in nanoseconds; `None` when not known.
+        adapter_hold_ns: Option<i64>,
+    },
+    /// The bytes of one read.
+    Chunk {
+        /// The bus.
+        bus: &'a str,
+        /// The bytes.
+        chunk: Chunk<'a>,
+        /// When the bytes were first there to be read, where that is known.
+        ready: Option<Timestamp>,
+    },
+    /// Bytes are missing.
+    Lost {
+        /// The bus.
+        bus: &'a str,
+        /// How, and how many.
+        lost: Lost,
+    },
 }
 
 /// Says why an input could not be read; `hint` says what to do about it.
@@ -46,9 +83,14 @@ pub enum InputError {
     /// It is a directory.
     #[error("cannot read '{0}': it is a directory")]
     Directory(String),
-    /// It is an MCAP recording, which this version cannot read.
-    #[error("'{0}' is an MCAP recording, and this version of rtutap cannot read those yet")]
-    Mcap(String),
+    /// It is an MCAP file of something else; with its topics and their schemas.
+    #[error("'{name}' is an MCAP file, but no recording of a bus: it has no channel /<bus>/raw of rtutap.RawChunk")]
+    Foreign {
+        /// The input's name.
+        name: String,
+        /// What it has instead.
+        has: String,
+    },
     /// It holds no byte of a bus.
     #[error("'{0}' is empty: there is not a byte in it")]
     Empty(String),
@@ -64,7 +106,7 @@ pub enum InputError {
 
 impl InputError {
     /// Returns what could be done about it.
-    pub fn hint(&self) -> &'static str {
+    pub fn hint(&self) -> String {
         match self {
             InputError::Io { error, .. } => match error.kind() {
                 io::ErrorKind::NotFound => "check the path; '-' reads standard input",
@@ -72,16 +114,18 @@ impl InputError {
                 _ => "check that the file can be read to its end",
             },
             InputError::Directory(_) => "name the recordings in it, such as DIRECTORY/*",
-            InputError::Mcap(_) => "give hex text or raw bytes",
+            InputError::Foreign { has, .. } => return format!("it has {has}"),
             InputError::Empty(_) => "check that the recording was written; comments and times alone are none",
             InputError::Hex { error, .. } => error.hint(),
         }
+        .to_owned()
     }
 }
 
 enum Reader {
     Hex(HexText<Box<dyn Read>>),
     Raw(Raw<Box<dyn Read>>),
+    Mcap(Box<Recording>),
 }
 
 /// Reads one recording, a chunk at a time.
@@ -90,18 +134,21 @@ pub struct Input {
     size: Option<u64>,
     reader: Reader,
     misread: Option<HexError>,
+    /// Whether bytes of a bus were read.
+    has_bytes: bool,
 }
 
 impl Input {
     /// Opens a file, or standard input for `-`; `format` overrides what the content looks like.
     ///
     /// # Errors
-    /// When it cannot be opened, is a directory, MCAP or empty, or its first line is no hex text.
+    /// When it cannot be opened, is a directory or empty, an MCAP file of something else, or its first line is no hex
+    /// text. That an MCAP file is empty may show only at its end.
     pub fn open(path: &Path, format: Option<InputFormat>) -> Result<Input, InputError> {
         if path.as_os_str() == "-" {
             #[expect(clippy::disallowed_methods, reason = "standard input is one of the inputs")]
             let stdin = io::stdin();
-            return Input::new("standard input".to_owned(), None, Box::new(stdin), format);
+            return Input::new("standard input".to_owned(), None, Origin::Stream(Box::new(stdin)), format);
         }
         let name = path.display().to_string();
         let io_error = |error| InputError::Io { name: name.clone(), error };
@@ -112,50 +159,69 @@ impl Input {
             return Err(InputError::Directory(name));
         }
         let size = metadata.is_file().then_some(metadata.len());
-        Input::new(name, size, Box::new(file), format)
+        // What can be sought is read by its index.
+        let origin = if size.is_some() { Origin::File(file) } else { Origin::Stream(Box::new(file)) };
+        Input::new(name, size, origin, format)
     }
 
     fn new(
         name: String,
         size: Option<u64>,
-        mut source: Box<dyn Read>,
+        mut origin: Origin,
         format: Option<InputFormat>,
     ) -> Result<Input, InputError> {
+        let io_error = |error| InputError::Io { name: name.clone(), error };
         let mut misread = None;
-        let (source, format) = match format {
-            Some(format) => (source, format),
+        let format = match format {
+            Some(format) => format,
             None => {
-                let mut prefix = Vec::new();
-                let taken = (&mut source).take(PREFIX).read_to_end(&mut prefix);
-                taken.map_err(|error| InputError::Io { name: name.clone(), error })?;
-                if prefix.starts_with(MCAP_MAGIC) {
-                    return Err(InputError::Mcap(name));
+                let prefix;
+                (prefix, origin) = origin.prefix().map_err(io_error)?;
+                if is_mcap(&prefix) {
+                    InputFormat::Mcap
+                } else if let Some(error) = hex_text::problem_in(&prefix) {
+                    misread = is_text(&prefix).then_some(error);
+                    InputFormat::Raw
+                } else {
+                    InputFormat::Hex
                 }
-                let format = match hex_text::problem_in(&prefix) {
-                    None => InputFormat::Hex,
-                    Some(error) => {
-                        misread = is_text(&prefix).then_some(error);
-                        InputFormat::Raw
-                    }
-                };
-                (Box::new(Cursor::new(prefix).chain(source)) as Box<dyn Read>, format)
             }
         };
         let reader = match format {
-            InputFormat::Hex => Reader::Hex(HexText::new(source)),
-            InputFormat::Raw => Reader::Raw(Raw::new(source)),
+            InputFormat::Hex => Reader::Hex(HexText::new(origin.stream())),
+            InputFormat::Raw => Reader::Raw(Raw::new(origin.stream())),
+            InputFormat::Mcap => Reader::Mcap(Box::new(match origin {
+                Origin::File(file) => Recording::from_file(file).map_err(io_error)?,
+                Origin::Stream(stream) => Recording::from_stream(stream),
+            })),
         };
-        let mut input = Input { name, size, reader, misread };
+        let mut input = Input { name, size, reader, misread, has_bytes: false };
         // The first chunk is read ahead: an empty input is an error, and line settings stand before it.
         let first = match &mut input.reader {
             Reader::Hex(hex) => hex.read_ahead().map_err(hex_text::Failed::into),
             Reader::Raw(raw) => raw.read_ahead().map_err(Failure::Io),
+            Reader::Mcap(_) => return input.foreign().map_or(Ok(()), Err).map(|()| input),
         };
         match first {
             Ok(true) => Ok(input),
             Ok(false) => Err(InputError::Empty(input.name)),
             Err(failure) => Err(input.error(failure)),
         }
+    }
+
+    /// Returns the error that a file holds something else, if that is known.
+    fn foreign(&self) -> Option<InputError> {
+        let topics = self.recording()?.foreign_topics()?;
+        let mut has: Vec<String> = topics.iter().map(|(topic, schema)| format!("{topic} ({schema})")).collect();
+        has.sort();
+        has.truncate(5);
+        let more = topics.len().saturating_sub(has.len());
+        let has = match (has.is_empty(), more) {
+            (true, _) => "no channels at all".to_owned(),
+            (_, 0) => has.join(", "),
+            _ => format!("{} and {more} more", has.join(", ")),
+        };
+        Some(InputError::Foreign { name: self.name.clone(), has })
     }
 
     fn error(&self, failure: Failure) -> InputError {
@@ -166,23 +232,64 @@ impl Input {
         }
     }
 
-    /// Returns the next read, or `None` at the end.
+    /// Returns what comes next, or `None` at the end; of a file that is followed, `None` while nothing is there.
     ///
     /// # Errors
-    /// When the system cannot read on, or hex text cannot be understood.
-    pub fn next_chunk(&mut self) -> Result<Option<Chunk<'_>>, InputError> {
+    /// When the system cannot read on, hex text cannot be understood, or an MCAP file ends without a byte of a bus.
+    pub fn next_item(&mut self) -> Result<Option<Item<'_>>, InputError> {
         let more = match &mut self.reader {
             Reader::Hex(hex) => hex.advance().map_err(hex_text::Failed::into),
             Reader::Raw(raw) => raw.advance().map_err(Failure::Io),
+            Reader::Mcap(recording) => recording.advance().map_err(Failure::Io),
         };
         match more {
-            Err(failure) => Err(self.error(failure)),
-            Ok(false) => Ok(None),
-            Ok(true) => Ok(Some(match &self.reader {
-                Reader::Hex(hex) => hex.chunk(),
-                Reader::Raw(raw) => raw.chunk(),
-            })),
+            Err(failure) => return Err(self.error(failure)),
+            Ok(false) if self.has_bytes || !self.is_finished() => return Ok(None),
+            Ok(false) => {
+                let empty = || InputError::Empty(self.name.clone());
+                return Err(self.foreign().unwrap_or_else(empty));
+            }
+            Ok(true) => {}
         }
+        let item = match &self.reader {
+            Reader::Hex(hex) => Item::Chunk { bus: BUS, chunk: hex.chunk(), ready: None },
+            Reader::Raw(raw) => Item::Chunk { bus: BUS, chunk: raw.chunk(), ready: None },
+            Reader::Mcap(recording) => recording.item(),
+        };
+        self.has_bytes |= matches!(item, Item::Chunk { .. });
+        Ok(Some(item))
+    }
+
+    /// Waits at the end for the input to grow; tells whether it can: only recordings in MCAP say where they end.
+    pub fn follow(&mut self) -> bool {
+        if let Reader::Mcap(recording) = &mut self.reader {
+            recording.follow();
+        }
+        matches!(self.reader, Reader::Mcap(_))
+    }
+
+    /// Tells whether the input has come to its end.
+    pub fn is_finished(&self) -> bool {
+        self.recording().is_none_or(Recording::is_finished)
+    }
+
+    /// Goes on with the streams of an earlier input, if this one is a later part of its session; tells whether it is.
+    pub fn continue_after(&mut self, earlier: &Input) -> bool {
+        let Reader::Mcap(recording) = &mut self.reader else { return false };
+        let Some(earlier) = earlier.recording() else { return false };
+        recording.continue_after(earlier)
+    }
+
+    fn recording(&self) -> Option<&Recording> {
+        match &self.reader {
+            Reader::Mcap(recording) => Some(recording),
+            Reader::Hex(_) | Reader::Raw(_) => None,
+        }
+    }
+
+    /// Returns what a recording in MCAP says beside its bytes, as far as it was read.
+    pub fn facts(&self) -> Option<&Facts> {
+        self.recording().map(Recording::facts)
     }
 
     /// Tells whether the next chunk has to be waited for: a good moment to show what is there.
@@ -190,6 +297,7 @@ impl Input {
         match &self.reader {
             Reader::Hex(hex) => hex.is_drained(),
             Reader::Raw(_) => true,
+            Reader::Mcap(recording) => recording.is_drained(),
         }
     }
 
@@ -208,14 +316,15 @@ impl Input {
         match &self.reader {
             Reader::Hex(hex) => hex.position(),
             Reader::Raw(raw) => raw.position(),
+            Reader::Mcap(recording) => recording.position(),
         }
     }
 
-    /// Returns the line settings that the recording names before its first byte.
+    /// Returns the line settings that hex text names before its first byte; recordings in MCAP have items for them.
     pub fn line(&self) -> Option<LineSettings> {
         match &self.reader {
             Reader::Hex(hex) => hex.line(),
-            Reader::Raw(_) => None,
+            Reader::Raw(_) | Reader::Mcap(_) => None,
         }
     }
 
@@ -223,7 +332,7 @@ impl Input {
     pub fn times_back(&self) -> Option<TimesBack> {
         match &self.reader {
             Reader::Hex(hex) => hex.times_back(),
-            Reader::Raw(_) => None,
+            Reader::Raw(_) | Reader::Mcap(_) => None,
         }
     }
 
@@ -231,6 +340,45 @@ impl Input {
     pub fn misread(&self) -> Option<&HexError> {
         self.misread.as_ref()
     }
+}
+
+/// Is where an input comes from.
+enum Origin {
+    /// A file that can be sought in.
+    File(File),
+    Stream(Box<dyn Read>),
+}
+
+impl Origin {
+    /// Returns the first 4 KiB, and the origin as it was before.
+    fn prefix(self) -> io::Result<(Vec<u8>, Origin)> {
+        let mut prefix = Vec::new();
+        match self {
+            Origin::File(mut file) => {
+                (&mut file).take(PREFIX).read_to_end(&mut prefix)?;
+                file.rewind()?;
+                Ok((prefix, Origin::File(file)))
+            }
+            Origin::Stream(mut stream) => {
+                (&mut stream).take(PREFIX).read_to_end(&mut prefix)?;
+                let stream = Origin::Stream(Box::new(Cursor::new(prefix.clone()).chain(stream)));
+                Ok((prefix, stream))
+            }
+        }
+    }
+
+    fn stream(self) -> Box<dyn Read> {
+        match self {
+            Origin::File(file) => Box::new(file),
+            Origin::Stream(stream) => stream,
+        }
+    }
+}
+
+/// Tells whether a file begins as MCAP does; one wrong byte does not hide it.
+fn is_mcap(prefix: &[u8]) -> bool {
+    let same = prefix.iter().zip(MCAP_MAGIC).filter(|(a, b)| a == b).count();
+    same + 1 >= MCAP_MAGIC.len()
 }
 
 /// Is what a reader can fail with, before the input's name is added.
@@ -258,7 +406,7 @@ mod tests {
     use super::*;
 
     fn open(content: &[u8], format: Option<InputFormat>) -> Result<Input, InputError> {
-        Input::new("it".into(), None, Box::new(Cursor::new(content.to_vec())), format)
+        Input::new("it".into(), None, Origin::Stream(Box::new(Cursor::new(content.to_vec()))), format)
     }
 
     fn is_hex(content: &[u8]) -> bool {
@@ -309,14 +457,26 @@ mod tests {
     }
 
     #[test]
-    fn mcap_is_recognised_unless_overridden() {
-        assert!(matches!(open(b"\x89MCAP0\r\n....", None), Err(InputError::Mcap(_))));
-        assert!(open(b"\x89MCAP0\r\n....", Some(InputFormat::Raw)).is_ok());
+    fn mcap_is_recognised_by_its_magic_one_wrong_byte_or_none_unless_overridden() {
+        let is_mcap = |content: &[u8], format| {
+            matches!(open(content, format).map(|input| input.reader), Ok(Reader::Mcap(_)))
+        };
+        assert!(is_mcap(b"\x89MCAP0\r\n....", None));
+        assert!(is_mcap(b"\x89MCAQ0\r\n....", None));
+        assert!(!is_mcap(b"\x89MCAQ1\r\n....", None));
+        assert!(!is_mcap(b"\x89MCAP0\r\n....", Some(InputFormat::Raw)));
+    }
+
+    #[test]
+    fn mcap_without_a_byte_of_a_bus_is_an_error_at_its_end() {
+        let mut input = open(b"\x89MCAP0\r\n", None).expect("MCAP");
+        assert!(matches!(input.next_item(), Err(InputError::Foreign { .. })));
     }
 
     #[test]
     fn the_override_reads_digits_as_raw_bytes() {
         let mut input = open(b"0103", Some(InputFormat::Raw)).expect("raw bytes");
-        assert_eq!(input.next_chunk().expect("readable").expect("a chunk").bytes, b"0103");
+        let item = input.next_item().expect("readable");
+        assert!(matches!(item, Some(Item::Chunk { chunk: Chunk { bytes: b"0103", .. }, .. })));
     }
 }

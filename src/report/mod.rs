@@ -6,6 +6,7 @@ mod csv;
 mod gate;
 pub mod info;
 mod json;
+pub mod mcap;
 mod rows;
 mod subject;
 mod text;
