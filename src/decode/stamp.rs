@@ -185,6 +185,10 @@ impl Stamper {
     }
 
     fn find(&self, offset: u64) -> Option<&Read> {
+        // Nearly all questions are about the latest read.
+        if let Some(last) = self.reads.back().filter(|last| offset >= last.offset) {
+            return (offset < last.offset + last.length).then_some(last);
+        }
         let at = self.reads.partition_point(|read| read.offset + read.length <= offset);
         self.reads.get(at).filter(|read| read.offset <= offset)
     }

@@ -22,8 +22,6 @@ pub struct Experience {
     service: [bool; 256],
     echoes: f32,
     requests: f32,
-    ln_echo: f32,
-    ln_no_echo: f32,
     hold_ns: i64,
 }
 
@@ -34,19 +32,15 @@ impl Experience {
         for &address in &shapes.service_addresses {
             service[usize::from(address)] = true;
         }
-        let mut new = Experience {
+        Experience {
             frames: [0; 256],
             functions: [0; 256],
             latency: vec![Latency::default(); 256],
             service,
             echoes: 0.02 * 20.0,
             requests: 20.0,
-            ln_echo: 0.0,
-            ln_no_echo: 0.0,
             hold_ns: 0,
-        };
-        new.update_echo();
-        new
+        }
     }
 
     /// Sets the longest time the adapter keeps a byte back, in nanoseconds.
@@ -107,23 +101,20 @@ impl Experience {
             self.requests /= 2.0;
             self.echoes /= 2.0;
         }
-        self.update_echo();
     }
 
-    fn update_echo(&mut self) {
-        let ratio = (self.echoes / self.requests).clamp(0.001, 0.999);
-        self.ln_echo = ratio.ln();
-        self.ln_no_echo = (1.0 - ratio).ln();
+    fn echo_ratio(&self) -> f32 {
+        (self.echoes / self.requests).clamp(0.001, 0.999)
     }
 
     /// Returns the logarithm of the share of requests that are echoed.
     pub fn ln_echo(&self) -> f32 {
-        self.ln_echo
+        self.echo_ratio().ln()
     }
 
     /// Returns the logarithm of the share of requests that are not echoed.
     pub fn ln_no_echo(&self) -> f32 {
-        self.ln_no_echo
+        (1.0 - self.echo_ratio()).ln()
     }
 
     /// Takes in how long a unit took to answer, in nanoseconds.

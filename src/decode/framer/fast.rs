@@ -4,18 +4,19 @@
 //! one reading and no other frame, whole or one byte short, can hide in the bytes, the rivals are few: unfinished
 //! frames at the same start, whose scores are computed; and unfinished ones after junk, which are bounded.
 
-use crate::decode::candidate::{Basis, Candidate, MIN_FRAME, candidates};
+use crate::decode::candidate::{Basis, Candidate, Candidates, MIN_FRAME, candidates, has_known_length};
 use crate::decode::crc;
-use crate::decode::frame::{Boundary, Role};
+use crate::decode::frame::{Boundary, MAX_FRAME, Role};
 use crate::decode::framer::lattice::{Context, FrameEdge, Kind, readings, zero_extension};
 use crate::decode::framer::outstanding::Outstanding;
+use crate::decode::framer::reading::Readings;
 use crate::decode::framer::score;
 
 /// Says what the bytes after the root are.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Glance {
     /// A frame, beyond doubt.
-    Frame(FrameEdge),
+    Frame(FrameEdge, Readings),
     /// The beginning of a frame, and nothing else that could be decided yet.
     Wait,
     /// A case for the lattice.
@@ -28,26 +29,37 @@ pub fn glance(offset: u64, outstanding: Option<&Outstanding>, context: &Context<
     if bytes.len() < MIN_FRAME {
         return Glance::Wait;
     }
-    let found = candidates(&bytes[..bytes.len().min(crate::decode::frame::MAX_FRAME)], context.shapes);
+    let within = &bytes[..bytes.len().min(MAX_FRAME)];
+    let mut found = candidates(within, context.shapes);
     let list = found.as_slice();
     if list.is_empty() || list.iter().any(|candidate| candidate.basis == Basis::AnyLength) {
         return Glance::Unsure;
     }
     let Some(length) = shortest_good(list, bytes) else {
         let waits = found.undecided || list.iter().any(|c| usize::from(c.length) > bytes.len());
-        let within = &bytes[..bytes.len().min(crate::decode::frame::MAX_FRAME)];
         return if waits && !hides_frame(within, context) { Glance::Wait } else { Glance::Unsure };
     };
     let frame = &bytes[..length];
     if hides_frame(frame, context) {
         return Glance::Unsure;
     }
-    // What the lattice sees when the last byte of the frame comes in: nothing that follows.
-    let then = candidates(frame, context.shapes);
-    match beyond_doubt(offset, outstanding, then.as_slice(), frame, context) {
-        Some(edge) => Glance::Frame(edge),
+    if !header_ends_within(frame) {
+        // What the lattice sees when the last byte of the frame comes in: nothing that follows.
+        found = candidates(frame, context.shapes);
+    }
+    match beyond_doubt(offset, outstanding, &found, frame, context) {
+        Some(edge) => {
+            let end = context.end(edge.end() - 1);
+            let readings = Readings::new(found.as_slice(), frame, offset, edge.boundary, end, context.shapes);
+            Glance::Frame(edge, readings)
+        }
         None => Glance::Unsure,
     }
+}
+
+/// Tells whether the frame is long enough to show all its candidates' lengths.
+fn header_ends_within(frame: &[u8]) -> bool {
+    matches!(frame[1], 1..=6 | 15 | 16) && frame.len() >= 7
 }
 
 /// Returns the shortest candidate length whose CRC is good.
@@ -70,23 +82,24 @@ fn shortest_good(list: &[Candidate], bytes: &[u8]) -> Option<usize> {
 fn hides_frame(bytes: &[u8], context: &Context<'_>) -> bool {
     (1..bytes.len().saturating_sub(MIN_FRAME - 2)).any(|at| {
         let inner = &bytes[at..];
-        MAY_BEGIN[usize::from(inner[1])] && may_end(inner, context)
+        may_begin(inner) && may_end(inner, context)
     })
 }
 
-/// Function codes that a frame may have after junk, without those of any length.
-static MAY_BEGIN: [bool; 256] = {
-    let mut table = [false; 256];
-    let mut function = 1;
-    while function < 255 {
-        table[function] = function != 0x80;
-        function += 1;
+/// Rules out most places at a glance: by function code, and by the length that the third byte tells.
+fn may_begin(bytes: &[u8]) -> bool {
+    let third = bytes.get(2).copied();
+    let ends = |length: usize| length <= bytes.len() + 1;
+    match bytes[1] {
+        0 | 0x80 | 0xFF => false,
+        1..=4 => ends(8) || third.is_some_and(|count| ends(5 + usize::from(count))),
+        0x81.. => ends(5) && third.is_some_and(|code| matches!(code, 1..=0x7F)),
+        _ => true,
     }
-    table
-};
+}
 
 fn may_end(bytes: &[u8], context: &Context<'_>) -> bool {
-    if bytes[1] < 0x80 && !crate::decode::candidate::has_known_length(bytes[1]) {
+    if bytes[1] < 0x80 && !has_known_length(bytes[1]) {
         return context.experience.trusts_function(bytes[1]);
     }
     candidates(bytes, context.shapes).as_slice().iter().any(|candidate| match candidate.basis {
@@ -103,14 +116,14 @@ fn may_end(bytes: &[u8], context: &Context<'_>) -> bool {
 fn beyond_doubt(
     offset: u64,
     outstanding: Option<&Outstanding>,
-    list: &[Candidate],
+    found: &Candidates,
     frame: &[u8],
     context: &Context<'_>,
 ) -> Option<FrameEdge> {
     let begin = context.begin(offset);
     let mut best: Option<(Kind, f32)> = None;
     let mut rival = score::JUNK_OPEN + score::JUNK_BYTE + score::BEST_TAIL;
-    for candidate in list {
+    for candidate in found.as_slice() {
         if usize::from(candidate.length) == frame.len() {
             let base = score::frame(*candidate, frame, context.experience);
             for (kind, score) in

@@ -5,8 +5,8 @@
 
 use crate::decode::candidate::Candidate;
 use crate::decode::framer::score;
-use crate::decode::framer::{Experience, Fit, Outstanding};
-use crate::decode::pairing::item::{Asked, Item, Readings};
+use crate::decode::framer::{Asked, Experience, Fit, Outstanding, Readings};
+use crate::decode::pairing::item::Item;
 use crate::time::Timestamp;
 
 /// Hypotheses kept.
@@ -188,11 +188,13 @@ pub struct Beam {
     requests: Requests,
 }
 
-impl Beam {
-    pub fn new() -> Self {
+impl Default for Beam {
+    fn default() -> Self {
         Beam { hypotheses: vec![Hypothesis::default()], spare: Vec::new(), requests: Requests::default() }
     }
+}
 
+impl Beam {
     /// Reads an item; returns its choice at once when nothing is open and nothing else comes near.
     pub fn push(&mut self, view: &View<'_>) -> Option<Choice> {
         let choice = self.at_once(view);
