@@ -56,6 +56,8 @@ pub struct Stamper {
     /// Whether the hold is known, not estimated from the reads.
     hold_known: bool,
     reads: VecDeque<Read>,
+    /// Whether any read had a time.
+    timed: bool,
     /// Time of the last read, and the bounds of its last byte.
     last_read: Option<Timestamp>,
     last: Option<(Timestamp, Timestamp)>,
@@ -73,6 +75,7 @@ impl Stamper {
             hold_ns: hold_ns.unwrap_or(0).max(0),
             hold_known: hold_ns.is_some(),
             reads: VecDeque::new(),
+            timed: false,
             last_read: None,
             last: None,
             end: 0,
@@ -115,6 +118,7 @@ impl Stamper {
         }
         let read = self.read_time(time, length);
         let timed = matches!(time, ReadTime::At(_));
+        self.timed |= timed;
         let length = length as u64;
         if timed && !self.hold_known && length > 1 {
             let seen = self.character_ns.saturating_mul(length.min(64) as i64);
@@ -194,7 +198,12 @@ impl Stamper {
     }
 
     /// Bounds the end of the byte at `offset`; `None` when the input has no time for it.
+    #[inline]
     pub fn byte(&self, offset: u64) -> Option<ByteTime> {
+        if self.timed { self.timed_byte(offset) } else { None }
+    }
+
+    fn timed_byte(&self, offset: u64) -> Option<ByteTime> {
         let read = self.find(offset)?;
         if !read.timed {
             return None;

@@ -23,6 +23,8 @@ pub struct Experience {
     echoes: f32,
     requests: f32,
     hold_ns: i64,
+    trusts_any: bool,
+    epoch: u32,
 }
 
 impl Experience {
@@ -40,6 +42,8 @@ impl Experience {
             echoes: 0.02 * 20.0,
             requests: 20.0,
             hold_ns: 0,
+            trusts_any: false,
+            epoch: 0,
         }
     }
 
@@ -74,6 +78,16 @@ impl Experience {
         self.functions[usize::from(function)] >= 2
     }
 
+    /// Tells whether any unknown function code was accepted twice.
+    pub fn trusts_any(&self) -> bool {
+        self.trusts_any
+    }
+
+    /// Counts the changes of what is thought of units and functions: scores without time are the same in between.
+    pub fn epoch(&self) -> u32 {
+        self.epoch
+    }
+
     /// Tells whether devices answer at the reserved address.
     pub fn is_service(&self, address: u8) -> bool {
         self.service[usize::from(address)]
@@ -82,10 +96,15 @@ impl Experience {
     /// Counts a frame; `any_length` when only its CRC showed its end.
     pub fn saw_frame(&mut self, address: u8, function: u8, any_length: bool) {
         let frames = &mut self.frames[usize::from(address)];
-        *frames = frames.saturating_add(1);
+        if *frames < 2 {
+            *frames += 1;
+            self.epoch += 1;
+        }
         if any_length {
             let functions = &mut self.functions[usize::from(function)];
             *functions = functions.saturating_add(1);
+            self.trusts_any |= *functions >= 2;
+            self.epoch += 1;
         }
     }
 

@@ -4,7 +4,9 @@
 //! one reading and no other frame, whole or one byte short, can hide in the bytes, the rivals are few: unfinished
 //! frames at the same start, whose scores are computed; and unfinished ones after junk, which are bounded.
 
-use crate::decode::candidate::{Basis, Candidate, Candidates, MIN_FRAME, candidates, has_known_length};
+use crate::decode::candidate::{
+    Basis, Candidate, Candidates, MIN_FRAME, Oddity, candidates, has_known_length,
+};
 use crate::decode::crc;
 use crate::decode::frame::{Boundary, MAX_FRAME, Role};
 use crate::decode::framer::lattice::{Context, FrameEdge, Kind, readings, zero_extension};
@@ -28,6 +30,11 @@ pub fn glance(offset: u64, outstanding: Option<&Outstanding>, context: &Context<
     let bytes = context.store.slice(offset, u64::MAX);
     if bytes.len() < MIN_FRAME {
         return Glance::Wait;
+    }
+    if let Some(outstanding) = outstanding
+        && let Some(answer) = plain_answer(offset, outstanding, bytes, context)
+    {
+        return answer;
     }
     let within = &bytes[..bytes.len().min(MAX_FRAME)];
     let mut found = candidates(within, context.shapes);
@@ -57,6 +64,35 @@ pub fn glance(offset: u64, outstanding: Option<&Outstanding>, context: &Context<
     }
 }
 
+/// Recognises the registers that were asked for, by far the commonest answer; all else is left to the rest.
+fn plain_answer(
+    offset: u64,
+    outstanding: &Outstanding,
+    bytes: &[u8],
+    context: &Context<'_>,
+) -> Option<Glance> {
+    let length = outstanding.plain_response_length(bytes)?;
+    let frame = bytes.get(..length)?;
+    // As a request it would have to name a quantity that it does not.
+    let no_request = frame[4] != 0 || frame[5] > 125;
+    if !no_request || !crc::is_good(frame) || hides_frame(frame, context) {
+        return None;
+    }
+    let candidate = Candidate {
+        role: Role::Response,
+        length: length as u16,
+        basis: Basis::Standard,
+        oddity: Oddity::None,
+    };
+    let begin = context.begin(offset);
+    let (kind, reading) = readings(Some(outstanding), 0, candidate, frame, begin, context)[0]?;
+    let score = score::frame(candidate, frame, context.experience) + reading;
+    let rival = score::JUNK_OPEN + score::JUNK_BYTE + score::BEST_TAIL;
+    let edge = FrameEdge { offset, length: length as u16, kind, boundary: Boundary::Length, score };
+    let readings = Readings { request: None, response: Some(candidate) };
+    (rival < score - score::MARGIN).then_some(Glance::Frame(edge, readings))
+}
+
 /// Tells whether the frame is long enough to show all its candidates' lengths.
 fn header_ends_within(frame: &[u8]) -> bool {
     matches!(frame[1], 1..=6 | 15 | 16) && frame.len() >= 7
@@ -80,23 +116,48 @@ fn shortest_good(list: &[Candidate], bytes: &[u8]) -> Option<usize> {
 
 /// Tells whether a frame may begin inside the bytes and be whole, or whole but for a last 00.
 fn hides_frame(bytes: &[u8], context: &Context<'_>) -> bool {
-    (1..bytes.len().saturating_sub(MIN_FRAME - 2)).any(|at| {
-        let inner = &bytes[at..];
-        may_begin(inner) && may_end(inner, context)
+    let trusts_any = context.experience.trusts_any();
+    // The shortest hidden frame is one byte short of the four that a frame has at least.
+    let inner = bytes.windows(MIN_FRAME - 1).enumerate().skip(1);
+    inner.into_iter().any(|(at, head)| match CLASS[usize::from(head[1])] {
+        Class::None => false,
+        Class::AnyLength => trusts_any && may_end(&bytes[at..], context),
+        Class::Exception => {
+            matches!(head[2], 1..=0x7F) && bytes.len() - at >= 4 && may_end(&bytes[at..], context)
+        }
+        Class::Read => {
+            let shortest = (5 + usize::from(head[2])).min(8);
+            bytes.len() - at + 1 >= shortest && may_end(&bytes[at..], context)
+        }
+        Class::Other => may_end(&bytes[at..], context),
     })
 }
 
-/// Rules out most places at a glance: by function code, and by the length that the third byte tells.
-fn may_begin(bytes: &[u8]) -> bool {
-    let third = bytes.get(2).copied();
-    let ends = |length: usize| length <= bytes.len() + 1;
-    match bytes[1] {
-        0 | 0x80 | 0xFF => false,
-        1..=4 => ends(8) || third.is_some_and(|count| ends(5 + usize::from(count))),
-        0x81.. => ends(5) && third.is_some_and(|code| matches!(code, 1..=0x7F)),
-        _ => true,
-    }
+/// Sorts function codes by what rules a hidden frame out at a glance.
+#[derive(Clone, Copy)]
+enum Class {
+    None,
+    Read,
+    Exception,
+    AnyLength,
+    Other,
 }
+
+static CLASS: [Class; 256] = {
+    let mut table = [Class::AnyLength; 256];
+    let mut function = 0;
+    while function < 256 {
+        table[function] = match function as u8 {
+            0 | 0x80 | 0xFF => Class::None,
+            1..=4 => Class::Read,
+            0x81.. => Class::Exception,
+            function if has_known_length(function) => Class::Other,
+            _ => Class::AnyLength,
+        };
+        function += 1;
+    }
+    table
+};
 
 fn may_end(bytes: &[u8], context: &Context<'_>) -> bool {
     if bytes[1] < 0x80 && !has_known_length(bytes[1]) {

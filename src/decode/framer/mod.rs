@@ -8,6 +8,7 @@ mod experience;
 mod fast;
 mod lattice;
 mod outstanding;
+mod polled;
 mod reading;
 pub(in crate::decode) mod score;
 
@@ -27,6 +28,7 @@ pub use experience::Experience;
 use fast::Glance;
 use lattice::{Context, FrameEdge, Handed, Kind, Lattice};
 pub use outstanding::{Fit, Outstanding};
+use polled::Polled;
 pub use reading::{Asked, Readings};
 
 /// Nanoseconds that an unfinished frame is held at least.
@@ -78,6 +80,9 @@ pub struct Framer {
     junk: Option<(u64, u64, Option<Outstanding>)>,
     pieces: VecDeque<Piece>,
     short_cut: bool,
+    polled: Polled,
+    /// The last score turned into a confidence, and that: most frames of a bus score alike.
+    confidence: (f32, f32),
 }
 
 macro_rules! context {
@@ -107,6 +112,8 @@ impl Framer {
             junk: None,
             pieces: VecDeque::new(),
             short_cut: true,
+            polled: Polled::new(),
+            confidence: (0.0, score::confidence(0.0)),
         }
     }
 
@@ -159,8 +166,17 @@ impl Framer {
             if self.short_cut
                 && let Some(outstanding) = self.lattice.settled()
             {
+                let asks = outstanding.is_none();
+                if asks && let Some((edge, readings)) = self.recall() {
+                    return Some(self.take_short_cut(edge, readings));
+                }
                 match fast::glance(self.lattice.root(), outstanding, &context!(self)) {
-                    Glance::Frame(edge, readings) => return Some(self.take_short_cut(edge, readings)),
+                    Glance::Frame(edge, readings) => {
+                        if asks {
+                            self.remember(edge, readings);
+                        }
+                        return Some(self.take_short_cut(edge, readings));
+                    }
                     Glance::Wait => return None,
                     Glance::Unsure => {}
                 }
@@ -188,6 +204,29 @@ impl Framer {
         self.experience.set_hold_ns(self.stamper.hold_ns());
     }
 
+    /// Returns the request at the root if its bytes were beyond doubt before, with nothing outstanding as now.
+    fn recall(&self) -> Option<(FrameEdge, Readings)> {
+        let offset = self.lattice.root();
+        let bytes = self.store.slice(offset, offset + 8).try_into().ok()?;
+        let (score, readings) = self.polled.recall(bytes, self.experience.epoch())?;
+        let mut readings = *readings;
+        if let Some(asked) = &mut readings.request {
+            asked.outstanding.offset = offset;
+            asked.outstanding.end = context!(self).end(offset + 7);
+        }
+        let (length, kind, boundary) = (8, Kind::Request, Boundary::Length);
+        Some((FrameEdge { offset, length, kind, boundary, score }, readings))
+    }
+
+    fn remember(&mut self, edge: FrameEdge, readings: Readings) {
+        let bytes = self.store.slice(edge.offset, edge.end());
+        if edge.kind == Kind::Request
+            && let Ok(bytes) = bytes.try_into()
+        {
+            self.polled.remember(bytes, self.experience.epoch(), edge.score, readings);
+        }
+    }
+
     /// Hands over a frame that the lattice need not see.
     fn take_short_cut(&mut self, edge: FrameEdge, readings: Readings) -> Piece {
         let before = self.lattice.root_outstanding().copied();
@@ -199,7 +238,7 @@ impl Framer {
         };
         self.learn(edge, before);
         self.lattice.skip(edge.end(), after);
-        piece(edge, readings)
+        self.piece(edge, readings)
     }
 
     /// Takes one byte into the lattice and hands over what that decides.
@@ -249,7 +288,8 @@ impl Framer {
         let end = context!(self).end(edge.end() - 1);
         let list = candidates(bytes, &self.shapes);
         let readings = Readings::new(list.as_slice(), bytes, edge.offset, edge.boundary, end, &self.shapes);
-        self.pieces.push_back(piece(edge, readings));
+        let piece = self.piece(edge, readings);
+        self.pieces.push_back(piece);
         readings
     }
 
@@ -309,14 +349,17 @@ impl Framer {
         }
         self.flush_junk();
     }
-}
 
-fn piece(edge: FrameEdge, readings: Readings) -> Piece {
-    Piece::Frame {
-        offset: edge.offset,
-        length: edge.length,
-        readings,
-        boundary: edge.boundary,
-        confidence: score::confidence(edge.score),
+    fn piece(&mut self, edge: FrameEdge, readings: Readings) -> Piece {
+        if self.confidence.0 != edge.score {
+            self.confidence = (edge.score, score::confidence(edge.score));
+        }
+        Piece::Frame {
+            offset: edge.offset,
+            length: edge.length,
+            readings,
+            boundary: edge.boundary,
+            confidence: self.confidence.1,
+        }
     }
 }

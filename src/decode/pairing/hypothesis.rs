@@ -112,6 +112,21 @@ impl<'a> Reader<'a> {
         }
     }
 
+    /// Returns the one way to read a frame, where there is no other to weigh it against.
+    fn only(&self) -> Option<(Choice, State)> {
+        match (&self.view.readings.request, self.view.readings.response) {
+            (Some(_), None) if self.outstanding.as_ref().is_none_or(|o| !o.same_bytes(self.view.bytes)) => {
+                Some((Choice::Request, State { outstanding: Some(self.view.item.id), ..State::default() }))
+            }
+            (None, Some(candidate)) => {
+                let (outstanding, id) = (self.outstanding.as_ref()?, self.state.outstanding?);
+                let full = outstanding.fit(candidate, self.view.bytes) == Fit::Full;
+                full.then_some((Choice::Response(id), State::default()))
+            }
+            _ => None,
+        }
+    }
+
     fn as_request(&self, asked: &Asked, offer: &mut impl FnMut(Reading)) {
         let (view, junk) = (self.view, self.state.junk);
         let base = score::frame(asked.candidate, view.bytes, view.experience);
@@ -214,8 +229,13 @@ impl Beam {
         if !only.choices.is_empty() {
             return None;
         }
+        let reader = Reader::new(only.state, &self.requests, view);
+        if let Some((choice, next)) = reader.only() {
+            only.state = next;
+            return Some(choice);
+        }
         let (mut best, mut rival) = (None::<Reading>, f32::MIN);
-        Reader::new(only.state, &self.requests, view).read(|reading| match &best {
+        reader.read(|reading| match &best {
             Some(known) if known.score >= reading.score => rival = rival.max(reading.score),
             Some(known) => {
                 rival = rival.max(known.score);
