@@ -302,6 +302,13 @@ impl Beam {
     /// Forgets requests that nothing can answer or echo any more.
     pub fn forget(&mut self, closed: impl Fn(u64) -> bool) {
         let (hypotheses, requests) = (&mut self.hypotheses, &mut self.requests.0);
+        if let ([(id, request)], [only]) = (requests.as_slice(), hypotheses.as_mut_slice())
+            && only.state.outstanding.is_none()
+            && closed(*id)
+            && !request.is_broadcast()
+        {
+            return requests.clear(); // nearly always: the request just answered
+        }
         requests.retain(|(id, request)| {
             // A broadcast is closed at once, but may still be echoed.
             let waits = hypotheses.iter().any(|h| h.state.outstanding == Some(*id));
