@@ -112,8 +112,8 @@ impl Pairing {
 
     /// Returns when silence decides something.
     pub fn deadline(&self) -> Option<Timestamp> {
-        let lag = self.undecided.front().map(lag_ends);
-        [lag, self.assembler.deadline()].into_iter().flatten().min()
+        // Nothing is given up while an item before is undecided.
+        self.undecided.front().map(lag_ends).or_else(|| self.assembler.deadline())
     }
 
     /// Decides what is due by `now`.
