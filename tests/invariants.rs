@@ -25,9 +25,11 @@ fn new() -> Pipeline {
     pipeline(LineSettings::default(), None)
 }
 
-/// Draws what the adapter is said to keep back: nothing said, nothing kept, 16 ms.
+/// Draws what the adapter is said to keep back: nothing said, nothing kept, 16 ms, and what cannot be.
 fn hold() -> impl Strategy<Value = Option<i64>> {
-    prop_oneof![Just(None), Just(Some(0)), Just(Some(16 * MILLISECOND))]
+    let known =
+        prop_oneof![4 => Just(0), 4 => Just(16 * MILLISECOND), 1 => Just(i64::MAX), 1 => Just(i64::MIN)];
+    prop_oneof![Just(None), known.prop_map(Some)]
 }
 
 /// Checks one frame or run against the input and those before, and returns where it ends.

@@ -89,9 +89,19 @@ const BODIES: &[&[u8]] = &[
 #[derive(Clone, Debug)]
 enum Piece {
     /// A frame of another unit, so that units are strange and known by turns.
-    Frame { body: usize, unit: Option<u8>, spoilt: Option<Spoilt> },
+    Frame {
+        body: usize,
+        unit: Option<u8>,
+        spoilt: Option<Spoilt>,
+    },
     /// A read of registers, and its answer.
-    Exchange { unit: u8, function: u8, start: u16, quantity: u8, data: u8 },
+    Exchange {
+        unit: u8,
+        function: u8,
+        start: u16,
+        quantity: u8,
+        data: u8,
+    },
     Noise(Vec<u8>),
 }
 
@@ -185,11 +195,12 @@ pub fn spoilt_traffic(pieces: std::ops::Range<usize>) -> impl Strategy<Value = V
 
 /// Draws frames without a fault, each of them whole.
 pub fn whole_exchanges(exchanges: std::ops::Range<usize>) -> impl Strategy<Value = Vec<Vec<u8>>> {
-    let exchange = (1_u8..5, 0x1000_u16..0x1100, 1_u8..10, any::<u8>()).prop_map(|(unit, start, quantity, data)| {
-        let both = Piece::Exchange { unit, function: 3, start, quantity, data }.bytes();
-        let (request, response) = both.split_at(8);
-        [request.to_vec(), response.to_vec()]
-    });
+    let exchange =
+        (1_u8..5, 0x1000_u16..0x1100, 1_u8..10, any::<u8>()).prop_map(|(unit, start, quantity, data)| {
+            let both = Piece::Exchange { unit, function: 3, start, quantity, data }.bytes();
+            let (request, response) = both.split_at(8);
+            [request.to_vec(), response.to_vec()]
+        });
     vec(exchange, exchanges).prop_map(|exchanges| exchanges.into_iter().flatten().collect())
 }
 
@@ -285,7 +296,13 @@ pub fn any_reads() -> impl Strategy<Value = Vec<Read>> {
 }
 
 /// Returns what a listener reads from a simulated bus.
-pub fn simulated(scenario: Scenario, adapter: Adapter, line: LineSettings, seed: u64, frames: u64) -> Vec<Read> {
+pub fn simulated(
+    scenario: Scenario,
+    adapter: Adapter,
+    line: LineSettings,
+    seed: u64,
+    frames: u64,
+) -> Vec<Read> {
     Simulation::new(Config { seed, frames, line, adapter, scenario })
         .map(|read| Read { time: ReadTime::At(read.time), bytes: read.bytes })
         .collect()
