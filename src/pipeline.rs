@@ -187,16 +187,13 @@ impl Pipeline {
     /// Decides what silence up to `now` decides; does nothing when called without need.
     pub fn handle_timeout(&mut self, now: Timestamp) {
         self.pump();
-        self.now = self.now.max(now);
-        loop {
-            self.framer.expire(now);
-            let before = self.next_frame;
+        // One deadline after the other: what the first decides may move the next.
+        while let Some(due) = self.poll_timeout().filter(|due| *due <= now) {
+            self.now = self.now.max(due);
+            self.framer.expire(due);
             self.pump();
-            if self.next_frame == before {
-                break;
-            }
+            self.pairing.expire(due);
         }
-        self.pairing.expire(now);
     }
 
     /// Returns when silence would decide something; it may come early, never late.
@@ -291,9 +288,10 @@ impl Pipeline {
         self.next_frame += 1;
         let stamper = self.framer.stamper();
         let last = offset + u64::from(length) - 1;
-        let time = stamper.byte(offset).zip(stamper.byte(last)).map(|(first, last)| WireTime {
-            start: first.interval().shifted(-stamper.character_ns()),
-            end: last.interval(),
+        let time = stamper.byte(offset).zip(stamper.byte(last)).map(|(first, last)| {
+            let start = first.interval().shifted(-stamper.character_ns());
+            // Bytes that come faster than the line's speed allows have no sound times, but keep their order.
+            WireTime { start, end: last.interval().not_before(start) }
         });
         let before = offset.checked_sub(1).and_then(|before| stamper.byte(before));
         let gap_before =

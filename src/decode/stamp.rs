@@ -9,10 +9,12 @@ use std::collections::VecDeque;
 
 use crate::decode::chunk::ReadTime;
 use crate::line::LineSettings;
-use crate::time::{Interval, Span, Timestamp};
+use crate::time::{Interval, SECOND, Span, Timestamp};
 
 /// Nanoseconds from a byte being there to an idle host reading it: the wake-up allowance.
 pub const WAKE_NS: i64 = 500_000;
+/// Nanoseconds that an adapter is believed to keep a byte back at most; no driver comes near.
+const MOST_HOLD_NS: i64 = 60 * SECOND;
 
 /// Bounds when the last stop bit of a byte ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,7 +74,7 @@ impl Stamper {
     pub fn new(line: LineSettings, hold_ns: Option<i64>) -> Self {
         Stamper {
             character_ns: line.character_ns(),
-            hold_ns: hold_ns.unwrap_or(0).max(0),
+            hold_ns: hold_ns.unwrap_or(0).clamp(0, MOST_HOLD_NS),
             hold_known: hold_ns.is_some(),
             reads: VecDeque::new(),
             timed: false,

@@ -152,7 +152,8 @@ impl Experience {
         if latency.answers < 3 {
             return FIRST_LIMIT_NS + self.hold_ns;
         }
-        (latency.mean + 6.0 * latency.deviation) as i64 + 10 * MILLISECOND + self.hold_ns
+        let usual = (latency.mean + 6.0 * latency.deviation) as i64; // saturates
+        usual.saturating_add(10 * MILLISECOND).saturating_add(self.hold_ns)
     }
 }
 

@@ -101,8 +101,8 @@ impl Pairing {
 
     /// Returns when silence decides something.
     pub fn deadline(&self) -> Option<Timestamp> {
-        let lag = self.undecided.front().map(|(item, _)| lag_ends(item));
-        [lag, self.assembler.deadline()].into_iter().flatten().min()
+        // Nothing is given up while an item before is undecided.
+        self.undecided.front().map(|(item, _)| lag_ends(item)).or_else(|| self.assembler.deadline())
     }
 
     /// Decides what is due by `now`.
