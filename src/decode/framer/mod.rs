@@ -81,8 +81,8 @@ pub struct Framer {
     pieces: VecDeque<Piece>,
     short_cut: bool,
     polled: Polled,
-    /// The last score turned into a confidence, and that: most frames of a bus score alike.
-    confidence: (f32, f32),
+    /// The last score of requests and of responses turned into a confidence, and that: most frames score alike.
+    confidence: [(f32, f32); 2],
 }
 
 macro_rules! context {
@@ -113,7 +113,7 @@ impl Framer {
             pieces: VecDeque::new(),
             short_cut: true,
             polled: Polled::new(),
-            confidence: (0.0, score::confidence(0.0)),
+            confidence: [(0.0, score::confidence(0.0)); 2],
         }
     }
 
@@ -351,15 +351,16 @@ impl Framer {
     }
 
     fn piece(&mut self, edge: FrameEdge, readings: Readings) -> Piece {
-        if self.confidence.0 != edge.score {
-            self.confidence = (edge.score, score::confidence(edge.score));
+        let last = &mut self.confidence[usize::from(matches!(edge.kind, Kind::Response(_)))];
+        if last.0 != edge.score {
+            *last = (edge.score, score::confidence(edge.score));
         }
         Piece::Frame {
             offset: edge.offset,
             length: edge.length,
             readings,
             boundary: edge.boundary,
-            confidence: self.confidence.1,
+            confidence: last.1,
         }
     }
 }
