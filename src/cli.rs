@@ -2,12 +2,13 @@
 
 use std::path::PathBuf;
 
+use clap::builder::{PossibleValue, PossibleValuesParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::capture::InputFormat;
 use crate::line::LineSettings;
 use crate::report::{Show, TimeStyle};
-use crate::simulate::Adapter;
+use crate::simulate::{Adapter, Scenario};
 use crate::time::MILLISECOND;
 
 /// Listens on a Modbus RTU bus without ever speaking, and says what the sensors said.
@@ -19,7 +20,7 @@ pub struct Cli {
     pub command: Command,
 
     /// Say more: fields and bytes under every row
-    #[arg(short, long, global = true)]
+    #[arg(short, long, global = true, display_order = 100)]
     pub verbose: bool,
 }
 
@@ -166,8 +167,8 @@ pub struct Simulate {
     #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
     pub frames: u64,
 
-    /// What goes on; 'list' lists the scenarios
-    #[arg(long, value_name = "NAME", default_value = "installation")]
+    /// What goes on
+    #[arg(long, value_name = "NAME", default_value = "installation", value_parser = scenarios())]
     pub scenario: String,
 
     /// How the listener is connected: uart, usb1, ftdi16 or idle64
@@ -191,7 +192,7 @@ pub struct Demo {
     pub duration: u32,
 
     /// Chooses among all possible courses of events
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 20)]
     pub seed: u64,
 }
 
@@ -311,6 +312,12 @@ pub struct Assignment {
     pub address: u8,
     /// The id of its profile.
     pub device: String,
+}
+
+/// Offers the scenarios by name, with what they are.
+fn scenarios() -> PossibleValuesParser {
+    let value = |scenario: &Scenario| PossibleValue::new(scenario.name).help(scenario.summary);
+    PossibleValuesParser::new(Scenario::all().iter().map(value))
 }
 
 fn number(text: &str, least: f64, most: f64, unit: &str) -> Result<f64, String> {

@@ -7,10 +7,10 @@ use std::sync::Arc;
 
 use crate::decode::chunk::{Chunk, LineError, ReadTime};
 use crate::decode::damage::{self, Surroundings};
-use crate::decode::frame::{Boundary, Damaged, Frame, Place, Role, WireTime};
-use crate::decode::framer::{Framer, Piece};
+use crate::decode::frame::{Damaged, Frame, Place, Role, WireTime};
+use crate::decode::framer::{Framer, Piece, Readings};
 use crate::decode::function::FunctionCode;
-use crate::decode::pairing::{Assembled, Choice, Item, Pairing, Settled, What, frame_readings};
+use crate::decode::pairing::{Assembled, Choice, Item, Pairing, Part, Settled, What};
 use crate::decode::pdu;
 use crate::decode::shape::Shapes;
 use crate::decode::store::Store;
@@ -124,15 +124,6 @@ enum Stage {
     Reading { next: usize, count: usize },
 }
 
-/// What the next event is about, before it is given bytes.
-enum Row {
-    Lost(Lost),
-    Item(Item, Choice),
-    Identified(Identified, Option<Timestamp>),
-    Transaction(Current),
-    Reading(Current, usize),
-}
-
 /// Decodes one bus.
 pub struct Pipeline {
     framer: Framer,
@@ -158,7 +149,7 @@ impl Pipeline {
         let shapes = Arc::new(shapes);
         Pipeline {
             framer: Framer::new(options.line, options.adapter_hold_ns, Arc::clone(&shapes)),
-            pairing: Pairing::new(),
+            pairing: Pairing::default(),
             devices,
             shapes,
             line: options.line,
@@ -232,16 +223,16 @@ impl Pipeline {
 
     /// Returns an id: every frame or run with a smaller one belongs to a transaction that came out, or to none.
     pub fn settled_frame_id(&self) -> u64 {
-        self.pairing.oldest().map_or(self.next_frame, |item| item.id)
+        self.pairing.oldest().map_or(self.next_frame, |(id, _)| id)
     }
 
     /// Lets go of the bytes that no later event needs.
     fn forget(&mut self) {
-        let oldest = self.pairing.oldest().map_or(u64::MAX, |item| item.offset);
+        let oldest = self.pairing.oldest().map_or(u64::MAX, |(_, offset)| offset);
         let waiting = self.pairing.waiting().unwrap_or(u64::MAX);
         let current =
             self.current.and_then(|current| current.assembled.request.or(current.assembled.response));
-        let current = current.map_or(u64::MAX, |item| item.offset);
+        let current = current.map_or(u64::MAX, |part| part.offset);
         self.framer.forget_before(oldest.min(waiting).min(current));
     }
 
@@ -253,9 +244,13 @@ impl Pipeline {
     fn pump_one(&mut self) -> bool {
         match self.framer.next_piece() {
             None => return false,
-            Some(Piece::Frame { offset, length, boundary, confidence, .. }) => {
-                self.pair_frame(offset, length, boundary, confidence);
-                self.frame_end = Some(offset + u64::from(length));
+            Some(Piece::Frame { offset, length, readings, boundary, confidence }) => {
+                let bytes = self.framer.store().slice(offset, offset + 2);
+                let function = FunctionCode(bytes[1]); // a frame has at least four bytes
+                let what = What::Frame { function, boundary, confidence };
+                let item = self.item(offset, u32::from(length), what);
+                self.frame_end = Some(item.end());
+                self.pair(item, &readings);
             }
             Some(Piece::Junk { offset, end, outstanding }) => {
                 let mut runs = Vec::new();
@@ -270,38 +265,30 @@ impl Pipeline {
                 let bytes = self.framer.store().slice(offset, end);
                 damage::split(bytes, offset, outstanding, &around, |run| runs.push(run));
                 for run in runs {
-                    let item = self.item(run.offset, run.length, What::Run(run));
-                    self.pair(item);
+                    let damage::Run { reason, role, address, function, .. } = run;
+                    let what = What::Run { reason, role, address, function };
+                    let item = self.item(run.offset, run.length, what);
+                    self.pair(item, &Readings::default());
                 }
             }
         }
         true
     }
 
-    fn pair_frame(&mut self, offset: u64, length: u16, boundary: Boundary, confidence: f32) {
-        let end = offset + u64::from(length);
-        let bytes = self.framer.store().slice(offset, end);
-        let ended = self.framer.stamper().byte(end - 1).map(|byte| byte.interval().midpoint());
-        let (request, response) = frame_readings(bytes, offset, boundary, ended, &self.shapes);
-        let function = FunctionCode(bytes[1]); // a frame has at least four bytes
-        let what = What::Frame { function, boundary, confidence, request, response };
-        let item = self.item(offset, u64::from(length), what);
-        self.pair(item);
-    }
-
-    fn pair(&mut self, item: Item) {
+    fn pair(&mut self, item: Item, readings: &Readings) {
         if item.time.is_none() {
             self.pairing.expire(item.at);
         }
-        self.pairing.push(item, self.framer.store(), self.framer.experience());
+        self.pairing.push(item, readings, self.framer.store(), self.framer.experience());
     }
 
     /// Gives a stretch of the stream its id and times.
-    fn item(&mut self, offset: u64, length: u64, what: What) -> Item {
+    fn item(&mut self, offset: u64, length: u32, what: What) -> Item {
         let id = self.next_frame;
         self.next_frame += 1;
         let stamper = self.framer.stamper();
-        let time = stamper.byte(offset).zip(stamper.byte(offset + length - 1)).map(|(first, last)| {
+        let last = offset + u64::from(length) - 1;
+        let time = stamper.byte(offset).zip(stamper.byte(last)).map(|(first, last)| {
             let start = first.interval().shifted(-stamper.character_ns());
             // Bytes that come faster than the line's speed allows have no sound times, but keep their order.
             WireTime { start, end: last.interval().not_before(start) }
@@ -309,64 +296,22 @@ impl Pipeline {
         let before = offset.checked_sub(1).and_then(|before| stamper.byte(before));
         let gap_before =
             before.zip(time).map(|(before, time)| not_negative(before.interval().until(time.start)));
-        let arrival = || stamper.arrival(offset + length - 1).unwrap_or(self.now);
+        let arrival = || stamper.arrival(last).unwrap_or(self.now);
         let at = if time.is_some() { self.now } else { arrival() };
         Item { id, offset, length, time, gap_before, at, what }
     }
 
     /// Returns the next event. Take them all after each call that takes something in.
     pub fn poll_event(&mut self) -> Option<Event<'_>> {
-        Some(match self.next_row()? {
-            Row::Lost(lost) => Event::Lost(lost),
-            Row::Item(item, choice) => self.item_event(item, choice),
-            Row::Identified(identified, time) => Event::Identified { identified, time },
-            Row::Transaction(current) => {
-                let transaction = self.transaction(&current);
-                Event::Transaction { transaction, meaning: self.devices.meaning(&transaction) }
-            }
-            Row::Reading(current, index) => {
-                let transaction = self.transaction(&current);
-                let reading = self.devices.meaning(&transaction).readings().nth(index)?;
-                Event::Reading {
-                    reading,
-                    time: transaction.response.and_then(|side| side.time).map(|time| time.end.midpoint()),
-                    address: transaction.address,
-                    transaction: transaction.id,
-                }
-            }
-        })
-    }
-
-    /// Says what the next event is about; a transaction is followed by its readings.
-    fn next_row(&mut self) -> Option<Row> {
         if let Some(lost) = self.lost.take() {
-            return Some(Row::Lost(lost));
+            return Some(Event::Lost(lost));
         }
-        loop {
-            if let Some(mut current) = self.current.take() {
-                match current.stage {
-                    Stage::Observe => {
-                        self.current = Some(Current { stage: Stage::Say, ..current });
-                        if let Some(row) = self.observe(&current) {
-                            return Some(row);
-                        }
-                    }
-                    Stage::Say => {
-                        current.stage = Stage::Reading { next: 0, count: self.count_readings(&current) };
-                        self.current = Some(current);
-                        return Some(Row::Transaction(current));
-                    }
-                    Stage::Reading { next, count } if next < count => {
-                        current.stage = Stage::Reading { next: next + 1, count };
-                        self.current = Some(current);
-                        return Some(Row::Reading(current, next));
-                    }
-                    Stage::Reading { .. } => {}
-                }
-                continue;
+        let current = loop {
+            if let Some(current) = self.current.take() {
+                break current;
             }
-            match self.pairing.next() {
-                Some(Settled::Item(item, choice)) => return Some(Row::Item(item, choice)),
+            match self.pairing.take() {
+                Some(Settled::Item(item, choice)) => return Some(self.item_event(item, choice)),
                 Some(Settled::Transaction(assembled)) => {
                     self.current =
                         Some(Current { assembled, id: self.next_transaction, stage: Stage::Observe });
@@ -375,27 +320,35 @@ impl Pipeline {
                 None if self.pump_one() => {}
                 None => return None,
             }
+        };
+        if let Stage::Reading { next, count } = current.stage {
+            if next + 1 < count {
+                self.current = Some(Current { stage: Stage::Reading { next: next + 1, count }, ..current });
+            }
+            return self.reading_event(&current, next);
         }
+        let transaction = transaction(self.framer.store(), &current);
+        // The devices learn from a transaction before it is told what it means.
+        if current.stage == Stage::Observe
+            && let Some(identified) = self.devices.observe(&transaction)
+        {
+            self.current = Some(Current { stage: Stage::Say, ..current });
+            return Some(Event::Identified { identified, time: end(&transaction) });
+        }
+        let meaning = self.devices.meaning(&transaction);
+        if self.readings && matches!(transaction.outcome, Outcome::Answered | Outcome::Late) {
+            let count = meaning.readings().count();
+            let stage = Stage::Reading { next: 0, count };
+            self.current = (count > 0).then_some(Current { stage, ..current });
+        }
+        Some(Event::Transaction { transaction, meaning })
     }
 
-    /// Lets the devices learn from a transaction before it is told what it means.
-    fn observe(&mut self, current: &Current) -> Option<Row> {
+    fn reading_event(&self, current: &Current, index: usize) -> Option<Event<'_>> {
         let transaction = transaction(self.framer.store(), current);
-        let last = transaction.response.or(transaction.request);
-        let time = last.and_then(|side| side.time).map(|time| time.end.midpoint());
-        let identified = self.devices.observe(&transaction)?;
-        Some(Row::Identified(identified, time))
-    }
-
-    fn count_readings(&self, current: &Current) -> usize {
-        if !self.readings || !matches!(current.assembled.outcome, Outcome::Answered | Outcome::Late) {
-            return 0;
-        }
-        self.devices.meaning(&self.transaction(current)).readings().count()
-    }
-
-    fn transaction(&self, current: &Current) -> Transaction<'_> {
-        transaction(self.framer.store(), current)
+        let reading = self.devices.meaning(&transaction).readings().nth(index)?;
+        let (address, id) = (transaction.address, transaction.id);
+        Some(Event::Reading { reading, time: end(&transaction), address, transaction: id })
     }
 
     fn item_event(&mut self, item: Item, choice: Choice) -> Event<'_> {
@@ -418,25 +371,27 @@ impl Pipeline {
                 };
                 Event::Frame(Frame { place, role, echo, boundary, confidence })
             }
-            What::Run(run) => Event::Damaged(Damaged {
-                place,
-                reason: run.reason,
-                role: run.role,
-                address: run.address,
-                function: run.function,
-            }),
+            What::Run { reason, role, address, function } => {
+                Event::Damaged(Damaged { place, reason, role, address, function })
+            }
         }
     }
+}
+
+/// Estimates when the last frame of a transaction ended.
+fn end(transaction: &Transaction<'_>) -> Option<Timestamp> {
+    let last = transaction.response.or(transaction.request)?;
+    Some(last.time?.end.midpoint())
 }
 
 /// Gives an assembled transaction its bytes.
 fn transaction<'a>(store: &'a Store, current: &Current) -> Transaction<'a> {
     let Assembled { request, response, outcome } = current.assembled;
-    let side = |item: Item| Side {
-        id: item.id,
-        bytes: store.slice(item.offset, item.end()),
-        damaged: matches!(item.what, What::Run(_)),
-        time: item.time,
+    let side = |part: Part| Side {
+        id: part.id,
+        bytes: store.slice(part.offset, part.end()),
+        damaged: part.damaged,
+        time: part.time,
     };
     let (request, response) = (request.map(side), response.map(side));
     // A good frame leads: the request's, or else the response's.

@@ -12,7 +12,8 @@ use crate::report::{self, Clock, Csv, Format, Json, Rows, Show, Text};
 
 /// Runs the command.
 pub(super) fn run(args: &cli::Decode, verbose: bool) -> Result<(), Failure> {
-    let show: Vec<Show> = args.show.iter().copied().map(Show::from).collect();
+    let mut show: Vec<Show> = args.show.iter().copied().map(Show::from).collect();
+    show.dedup();
     let profiles = bus::profiles(&args.bus.profiles)?;
     let judge = args.filter.as_deref().map(judge).transpose()?;
     let clock = Clock::new(args.time.into());

@@ -12,6 +12,7 @@ use crate::decode::chunk::{Chunk, ReadTime};
 use crate::device::{Devices, Environment, Profiles};
 use crate::line::LineSettings;
 use crate::pipeline::{Options, Pipeline};
+use crate::report::info::Info;
 use crate::report::{Clock, Rows, Show, Text, TimeStyle};
 use crate::simulate::{Adapter, Config, Read, Simulation};
 use crate::time::{SECOND, Timestamp};
@@ -28,7 +29,7 @@ pub(super) fn run(args: &cli::Demo, verbose: bool) -> Result<(), Failure> {
     let profiles = Arc::new(Profiles::built_in());
     let (output, colour) = Output::terminal();
     let text = Text::new(Clock::new(TimeStyle::Relative), colour, verbose, &profiles);
-    let rows = Rows::new(vec![Show::Transactions], Box::new(text), None);
+    let rows = Rows::new(vec![Show::Devices, Show::Transactions], Box::new(text), None);
     let devices = Devices::new(Arc::clone(&profiles), Environment::default());
     let options = Options {
         line: config.line,
@@ -37,7 +38,10 @@ pub(super) fn run(args: &cli::Demo, verbose: bool) -> Result<(), Failure> {
         first_transaction_id: 0,
         readings: false,
     };
-    let mut demo = Stage { pipeline: Pipeline::new(options, devices, profiles.shapes()), rows, output };
+    let pipeline = Pipeline::new(options, devices, profiles.shapes());
+    let mut info = Info::default();
+    info.begin(config.line);
+    let mut demo = Stage { pipeline, rows, info, output };
     message::note("a simulated installation: one master, three sensors, and faults; nothing is connected");
     demo.play(Simulation::new(config), i64::from(args.duration).saturating_mul(SECOND))
 }
@@ -46,6 +50,7 @@ pub(super) fn run(args: &cli::Demo, verbose: bool) -> Result<(), Failure> {
 struct Stage {
     pipeline: Pipeline,
     rows: Rows,
+    info: Info,
     output: Output,
 }
 
@@ -70,7 +75,11 @@ impl Stage {
             self.take(&read)?;
         }
         self.pipeline.finish();
-        self.show()
+        self.show()?;
+        let summary = self.info.to_text(Clock::new(TimeStyle::Relative));
+        self.output.buffer.push(b'\n');
+        self.output.buffer.extend_from_slice(summary.as_bytes());
+        self.output.flush()
     }
 
     fn take(&mut self, read: &Read) -> Result<(), Failure> {
@@ -81,6 +90,7 @@ impl Stage {
 
     fn show(&mut self) -> Result<(), Failure> {
         while let Some(event) = self.pipeline.poll_event() {
+            self.info.event(BUS, &event);
             self.rows.event(BUS, &event, &mut self.output.buffer);
         }
         if self.output.buffer.is_empty() { Ok(()) } else { self.output.flush() }

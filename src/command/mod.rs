@@ -29,7 +29,7 @@ pub fn run(cli: &Cli) -> ExitCode {
         // Who reads the output has had enough: nothing went wrong.
         Ok(()) | Err(Failure::ClosedPipe) => ExitCode::SUCCESS,
         Err(Failure::Problem { message, hint }) => {
-            message::error(&message);
+            message.lines().for_each(message::error);
             if let Some(hint) = hint {
                 message::hint(&hint);
             }

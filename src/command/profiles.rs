@@ -76,8 +76,12 @@ fn show_command(command: &Command, out: &mut String) -> fmt::Result {
 fn show_field(side: &str, field: &FieldSpec, out: &mut String) -> fmt::Result {
     let span = field.span();
     let unit = field.unit.as_deref().unwrap_or("");
-    let bytes = format!("{side} data {}-{}", span.start, span.end.saturating_sub(1));
-    writeln!(out, "    {:<20} {bytes:<20} {unit}", field.name)
+    let last = span.end.saturating_sub(1);
+    let bytes = match last.saturating_sub(span.start) {
+        0 => format!("{side} data {last}"),
+        _ => format!("{side} data {}-{last}", span.start),
+    };
+    writeln!(out, "{}", format!("    {:<20} {bytes:<20} {unit}", field.name).trim_end())
 }
 
 /// Checks a profile; every problem is an error of its own.

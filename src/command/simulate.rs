@@ -41,11 +41,7 @@ pub(super) fn run(args: &cli::Simulate) -> Result<(), Failure> {
 
 /// Finds a scenario by its name.
 pub(super) fn scenario(name: &str) -> Result<Scenario, Failure> {
-    Scenario::named(name).ok_or_else(|| {
-        let known: Vec<String> =
-            Scenario::all().iter().map(|known| format!("  {:<14} {}", known.name, known.summary)).collect();
-        Failure::hinted(format!("there is no scenario '{name}'"), format!("there are\n{}", known.join("\n")))
-    })
+    Scenario::named(name).ok_or_else(|| Failure::new(format!("there is no scenario '{name}'")))
 }
 
 fn write_heading(out: &mut Vec<u8>, config: &Config) {

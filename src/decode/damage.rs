@@ -20,7 +20,7 @@ pub struct Run {
     /// Stream offset of the first byte.
     pub offset: u64,
     /// Bytes.
-    pub length: u64,
+    pub length: u32,
     /// What is wrong with it.
     pub reason: Reason,
     /// A guess at who sent it.
@@ -129,7 +129,7 @@ fn name(
 ) -> Run {
     let run = Run {
         offset,
-        length: bytes.len() as u64,
+        length: bytes.len() as u32, // at most what the framer holds
         reason: Reason::Noise,
         role: Role::Unknown,
         address: None,

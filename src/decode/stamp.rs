@@ -60,6 +60,8 @@ pub struct Stamper {
     /// Whether the hold is known, not estimated from the reads.
     hold_known: bool,
     reads: VecDeque<Read>,
+    /// Whether any read had a time.
+    timed: bool,
     /// Time of the last read, and the bounds of its last byte.
     last_read: Option<Timestamp>,
     last: Option<(Timestamp, Timestamp)>,
@@ -77,6 +79,7 @@ impl Stamper {
             hold_ns: hold_ns.unwrap_or(0).clamp(0, MOST_HOLD_NS),
             hold_known: hold_ns.is_some(),
             reads: VecDeque::new(),
+            timed: false,
             last_read: None,
             last: None,
             end: 0,
@@ -119,6 +122,7 @@ impl Stamper {
         }
         let read = self.read_time(time, length);
         let timed = matches!(time, ReadTime::At(_));
+        self.timed |= timed;
         let length = length as u64;
         if timed && !self.hold_known && length > 1 {
             let seen = self.character_ns.saturating_mul(length.min(64) as i64);
@@ -190,12 +194,21 @@ impl Stamper {
     }
 
     fn find(&self, offset: u64) -> Option<&Read> {
+        // Nearly all questions are about the latest read.
+        if let Some(last) = self.reads.back().filter(|last| offset >= last.offset) {
+            return (offset < last.offset + last.length).then_some(last);
+        }
         let at = self.reads.partition_point(|read| read.offset + read.length <= offset);
         self.reads.get(at).filter(|read| read.offset <= offset)
     }
 
     /// Bounds the end of the byte at `offset`; `None` when the input has no time for it.
+    #[inline]
     pub fn byte(&self, offset: u64) -> Option<ByteTime> {
+        if self.timed { self.timed_byte(offset) } else { None }
+    }
+
+    fn timed_byte(&self, offset: u64) -> Option<ByteTime> {
         let read = self.find(offset)?;
         if !read.timed {
             return None;

@@ -1,6 +1,7 @@
 //! How a value lies in the bytes of a frame.
 
 use std::borrow::Cow;
+use std::fmt;
 
 use super::value::{Value, ascii};
 
@@ -163,6 +164,20 @@ impl Encoding {
     }
 }
 
+impl fmt::Display for Encoding {
+    /// Writes the type's name in profiles.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Encoding::Ascii { .. } => "ascii",
+            Encoding::Flags { .. } => "flags",
+            _ => {
+                let is_own = |name: &&&str| Encoding::from_name(name, 1) == Some(*self);
+                TYPE_NAMES.iter().find(is_own).unwrap_or(&"unknown")
+            }
+        })
+    }
+}
+
 /// Joins up to four bytes to a number.
 fn unsigned(bytes: &[u8], order: Order) -> u32 {
     let join = |number: u32, &byte: &u8| number << 8 | u32::from(byte);
@@ -269,6 +284,11 @@ mod tests {
         assert_eq!(Encoding::from_name("u8-swapped", 1), None);
         assert_eq!(Encoding::from_name("f64", 1), None);
         assert_eq!(Encoding::from_name("ascii-le", 1), None);
-        assert!(TYPE_NAMES.iter().all(|name| Encoding::from_name(name, 1).is_some()));
+        for name in TYPE_NAMES {
+            let encoding = Encoding::from_name(name, 1).expect(name);
+            let whole = if encoding.size() > 1 && !name.contains('-') { "-be" } else { "" };
+            let shown = if name == "version" { name.to_owned() } else { format!("{name}{whole}") };
+            assert_eq!(encoding.to_string(), shown);
+        }
     }
 }

@@ -114,20 +114,16 @@ fn field<'a>(command: &'a Command, t: &Transaction<'a>, side: Role, name: &str) 
     specs.find_map(|spec| Field::read(spec, side, data, start)).map(|field| field.value)
 }
 
-/// Tells whether a device accepted the request.
+/// Tells whether a device accepted the request; a damaged side has an outcome of its own.
 fn is_accepted(t: &Transaction<'_>) -> bool {
-    let (Some(request), Some(response)) = (&t.request, &t.response) else {
-        return false;
-    };
-    matches!(t.outcome, Outcome::Answered | Outcome::Late)
-        && !request.damaged
-        && !response.damaged
-        && response.bytes.get(1) == Some(&t.function.0)
+    matches!(t.outcome, Outcome::Answered | Outcome::Late) && t.request.is_some() && t.response.is_some()
 }
 
 /// Tells whether quantity and response are as a profile declares them.
 fn is_as_declared(command: &Command, t: &Transaction<'_>) -> bool {
     let accepts = t.quantity.is_some_and(|quantity| command.quantities.contains(&quantity));
     let asked = 2 * usize::from(t.quantity.unwrap_or(0));
-    accepts && (command.function != 3 || data(t, Role::Response).is_some_and(|(_, data)| data.len() == asked))
+    accepts
+        && (!matches!(command.function, 3 | 4)
+            || data(t, Role::Response).is_some_and(|(_, data)| data.len() == asked))
 }

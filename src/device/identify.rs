@@ -16,7 +16,7 @@ use super::exchange::Exchange;
 use super::known::{Known, Learnt};
 use super::meaning::Meaning;
 use super::problem::nearest;
-use super::registry::Profiles;
+use super::registry::{Profiles, Set};
 
 /// Says that the device of an address has become known, or is another than before.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -122,13 +122,13 @@ impl Devices {
 
     /// Takes what is known along when a device is given another address.
     fn relocate(&mut self, t: &Transaction<'_>, to: u8) -> Option<Identified> {
-        let mut moved = self.known[usize::from(t.address)].leave();
-        let before = if moved.evidence.is_empty() { "" } else { "; before: " };
-        moved.evidence =
-            format!("took address {to} in place of {}{before}{}", t.address, moved.evidence).into();
+        let moved = self.known[usize::from(t.address)].leave();
         self.known[usize::from(to)].arrive(moved);
         self.moved = Some(Move { transaction: t.id, from: t.address, to });
-        self.identified(to, t)
+        let identified = self.identified(to, t)?;
+        let before = if identified.evidence.is_empty() { "" } else { "; before: " };
+        let evidence = format!("took address {to} in place of {}{before}{}", t.address, identified.evidence);
+        Some(Identified { evidence, ..identified })
     }
 
     fn identified(&self, address: u8, t: &Transaction<'_>) -> Option<Identified> {
@@ -149,16 +149,14 @@ impl Devices {
             _ => t.address,
         };
         let known = &self.known[usize::from(address)];
-        let entry = t.start_register.and_then(|register| self.profiles.entry(t.function.0, register));
-        Meaning {
-            profiles: &self.profiles,
-            environment: self.environment,
-            transaction: *t,
-            entry,
-            device: known.device(),
-            candidates: known.candidates(entry.map(|entry| entry.declaring).unwrap_or_default()),
-            serial_number: known.serial_number(),
-        }
+        let mut meaning = Meaning::new(&self.profiles, self.environment, t);
+        let declaring = meaning.entry.map(|entry| entry.declaring).unwrap_or_default();
+        // What the user said of the old address holds for the acknowledgement that leaves it.
+        meaning.device = self.known[usize::from(t.address)].device().or(known.device());
+        meaning.candidates =
+            if meaning.device.is_some() { Set::default() } else { known.candidates(declaring) };
+        meaning.serial_number = known.serial_number();
+        meaning
     }
 }
 

@@ -108,7 +108,7 @@ impl Known {
     fn learn_from_serial_number(&mut self, exchange: &Exchange<'_>, is_new: bool) -> bool {
         let Some(serial_number) = &exchange.serial_number else { return false };
         if self.basis == Basis::SerialNumber && !is_new {
-            return false;
+            return false; // judged when it was new
         }
         let (claiming, denying) = exchange.judge(serial_number);
         let here = claiming.and(exchange.declaring);

@@ -18,7 +18,12 @@ use super::value::Value;
 pub struct Meaning<'a> {
     pub(super) profiles: &'a Profiles,
     pub(super) environment: Environment,
-    pub(super) transaction: Transaction<'a>,
+    /// Data of request and response with its offset from the address byte, where they have some.
+    request: Option<(usize, &'a [u8])>,
+    response: Option<(usize, &'a [u8])>,
+    quantity: Option<u16>,
+    /// Whether the response gives readings.
+    is_answered: bool,
     /// What the profiles declare for its function and start register.
     pub(super) entry: Option<&'a Entry>,
     /// The device's profile, when it is known.
@@ -38,6 +43,23 @@ pub struct Likely<'a> {
 }
 
 impl<'a> Meaning<'a> {
+    /// Finds what the profiles say of a transaction; nothing is known of its device yet.
+    pub(super) fn new(profiles: &'a Profiles, environment: Environment, t: &Transaction<'a>) -> Self {
+        let entry = t.start_register.and_then(|register| profiles.entry(t.function.0, register));
+        Meaning {
+            profiles,
+            environment,
+            request: entry.and_then(|_| data(t, Role::Request)),
+            response: entry.and_then(|_| data(t, Role::Response)),
+            quantity: t.quantity,
+            is_answered: matches!(t.outcome, Outcome::Answered | Outcome::Late),
+            entry,
+            device: None,
+            candidates: Set::default(),
+            serial_number: None,
+        }
+    }
+
     /// Returns the id of the device's profile, when it is known.
     pub fn device(&self) -> Option<&'a str> {
         self.profiles.id(self.device?).map(|id| &**id)
@@ -98,19 +120,18 @@ impl<'a> Meaning<'a> {
     /// Only an answered or late transaction gives readings. A value of `Null` is a reading too; nothing
     /// is derived from it.
     pub fn readings(&self) -> impl Iterator<Item = Reading<'a>> + use<'a> {
-        let meaning = self.clone();
-        let is_answered = matches!(self.transaction.outcome, Outcome::Answered | Outcome::Late);
-        let fields = is_answered.then(|| self.agreed_on(Role::Response)).into_iter().flatten();
+        let (device, serial_number) = (self.device(), self.serial_number);
+        let fields = self.is_answered.then(|| self.agreed_on(Role::Response)).into_iter().flatten();
         let measured = fields.filter(|field| field.is_quantity).map(move |field| Reading {
             quantity: field.name,
             value: field.value.clone(),
             unit: field.unit,
             derived: false,
-            device: meaning.device(),
-            serial_number: meaning.serial_number,
+            device,
+            serial_number,
             origin: Origin::Field(field),
         });
-        measured.chain(is_answered.then(|| self.derived()).into_iter().flatten())
+        measured.chain(self.is_answered.then(|| self.derived()).into_iter().flatten())
     }
 
     fn derived(&self) -> impl Iterator<Item = Reading<'a>> + use<'a> {
@@ -158,11 +179,14 @@ impl<'a> Meaning<'a> {
         self.read(self.spokesman(), side, true)
     }
 
+    fn data(&self, side: Role) -> Option<(usize, &'a [u8])> {
+        if side == Role::Request { self.request } else { self.response }
+    }
+
     /// Reads the fields of one side as one profile has them: those agreed on, or those that are not.
     fn read(&self, declared: Option<&'a Declared>, side: Role, agreed: bool) -> SideFields<'a> {
         let command = declared.and_then(|declared| Some((declared, self.profiles.command(declared)?)));
-        let (Some((declared, command)), Some((data_start, data))) = (command, data(&self.transaction, side))
-        else {
+        let (Some((declared, command)), Some((data_start, data))) = (command, self.data(side)) else {
             return SideFields::default();
         };
         let fields = command.fields(side).iter().zip(declared.agreeing(side));
@@ -183,7 +207,7 @@ impl<'a> Meaning<'a> {
 
     /// Scores how well a transaction fits one profile: plausible values weigh more than the quantity.
     fn likelihood(&self, declared: &'a Declared) -> i32 {
-        let quantity = self.transaction.quantity;
+        let quantity = self.quantity;
         let accepts =
             |command: &Command| quantity.is_some_and(|quantity| command.quantities.contains(&quantity));
         let all = [true, false].map(|agreed| self.read(Some(declared), Role::Response, agreed));

@@ -35,3 +35,6 @@ pub use profile::{
 };
 pub use registry::Profiles;
 pub use value::Value;
+
+#[cfg(test)]
+mod tests;

@@ -26,7 +26,8 @@ const SOURCES: [(&str, Source); 4] = [
     ("inference", Source::Inference),
 ];
 
-const FORMS: [(&str, Form); 3] = [
+/// Names of frame forms outside the specification.
+pub(super) const FORMS: [(&str, Form); 3] = [
     ("zero-quantity", Form::ZeroQuantity),
     ("uncounted-data", Form::UncountedData),
     ("counts-registers", Form::CountsRegisters),
@@ -251,3 +252,6 @@ fn read_derived(section: &Section<'_>, commands: &[Command]) -> Option<Derived> 
     let inputs = inputs.iter().map(|input| input.value.into()).collect();
     Some(Derived { name: name?.value.into(), unit, formula: formula?, inputs })
 }
+
+#[cfg(test)]
+mod tests;

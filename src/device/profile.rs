@@ -157,6 +157,14 @@ impl Command {
         (self.function, self.start_register)
     }
 
+    /// Returns the names that profiles use for its forms, such as `zero-quantity`.
+    pub fn quirks(&self) -> impl Iterator<Item = &'static str> {
+        self.forms
+            .iter()
+            .filter_map(|form| parse::FORMS.iter().find(|(_, known)| known == form))
+            .map(|it| it.0)
+    }
+
     /// Returns the fields of one side.
     pub fn fields(&self, side: Role) -> &[FieldSpec] {
         match side {

@@ -78,7 +78,7 @@ mod tests {
         assert_eq!(Value::Float32(f32::from_le_bytes([0xCD, 0xCC, 0xFC, 0x40])).to_string(), "7.9");
         assert_eq!(Value::Float64(7.9).to_string(), "7.9");
         assert_eq!(Value::Float32(-0.001).to_string(), "-0.001");
-        assert_eq!(Value::Float32(f32::from_be_bytes([0, 0, 0x8D, 0x41])).to_string(), "5.0671e-41");
+        assert_eq!(Value::Float32(f32::from_be_bytes([0, 0, 0x8D, 0x41])).to_string(), "5.0672e-41");
     }
 
     #[test]

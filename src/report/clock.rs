@@ -39,6 +39,11 @@ impl Clock {
         }
     }
 
+    /// Takes a time as the origin, unless there is one.
+    pub(super) fn begin(&mut self, origin: Timestamp) {
+        self.origin.get_or_insert(origin);
+    }
+
     /// Shows a time to the nanosecond, for programs.
     pub(super) fn exact(self, time: Timestamp) -> Shown {
         Shown { clock: self, time, exact: true }

@@ -50,7 +50,7 @@ impl<'a> Cell<'a> {
 pub struct Key {
     /// The key itself.
     pub name: &'static str,
-    /// The key as it stands before a value in JSON: in quotes, with the colon.
+    /// The key as it stands before a value in JSON: after a comma, in quotes, with the colon.
     pub quoted: &'static str,
 }
 
@@ -72,7 +72,7 @@ macro_rules! rows {
 
             /// Hands over the cells in the order of `KEYS`.
             pub fn write($($name: $type,)* cells: &mut impl Cells) {
-                $(cells.cell(Key { name: $key, quoted: concat!("\"", $key, "\":") }, $cell);)*
+                $(cells.cell(Key { name: $key, quoted: concat!(",\"", $key, "\":") }, $cell);)*
             }
         }
     )* };

@@ -29,6 +29,7 @@ impl Csv {
             ],
             Show::Transactions => &[columns::transaction::KEYS],
             Show::Readings => &[columns::reading::KEYS],
+            Show::Devices => &[columns::identified::KEYS],
         };
         for key in kinds.iter().copied().flatten() {
             if !keys.contains(key) {

@@ -17,24 +17,24 @@ pub struct Json {
 
 impl Format for Json {
     fn row(&mut self, bus: &str, event: &Event<'_>, out: &mut Vec<u8>) {
-        let mut cells = Object { out, scratch: &mut self.scratch, before: b'{' };
-        columns::write(bus, event, &mut cells);
+        let start = out.len();
+        columns::write(bus, event, &mut Object { out, scratch: &mut self.scratch });
+        if let Some(comma) = out.get_mut(start) {
+            *comma = b'{';
+        }
         out.extend_from_slice(b"}\n");
     }
 }
 
-/// Is an object being written.
+/// Is an object being written; a comma stands before each key.
 struct Object<'a> {
     out: &'a mut Vec<u8>,
     scratch: &'a mut Vec<u8>,
-    before: u8,
 }
 
 impl Cells for Object<'_> {
     fn cell(&mut self, key: Key, cell: Cell<'_>) {
         let out = &mut *self.out;
-        out.push(self.before);
-        self.before = b',';
         out.extend_from_slice(key.quoted.as_bytes());
         match cell {
             Cell::Null => out.extend_from_slice(b"null"),
@@ -130,8 +130,11 @@ pub(super) fn boolean(truth: bool, out: &mut Vec<u8>) {
 /// Writes lower-case hex without spaces.
 pub(super) fn hex(bytes: &[u8], out: &mut Vec<u8>) {
     const DIGITS: &[u8; 16] = b"0123456789abcdef";
-    for byte in bytes {
-        out.extend_from_slice(&[DIGITS[usize::from(byte >> 4)], DIGITS[usize::from(byte & 15)]]);
+    let start = out.len();
+    out.resize(start + 2 * bytes.len(), 0);
+    for (pair, byte) in out[start..].chunks_exact_mut(2).zip(bytes) {
+        pair[0] = DIGITS[usize::from(byte >> 4)];
+        pair[1] = DIGITS[usize::from(byte & 15)];
     }
 }
 
@@ -142,5 +145,11 @@ fn quote_plain(name: &'static str, out: &mut Vec<u8>) {
 }
 
 fn quote(text: &str, out: &mut Vec<u8>) {
-    let _ = serde_json::to_writer(out, text); // a string into memory cannot fail
+    if text.bytes().all(|c| c >= b' ' && c != b'"' && c != b'\\') {
+        out.push(b'"');
+        out.extend_from_slice(text.as_bytes());
+        out.push(b'"');
+    } else {
+        let _ = serde_json::to_writer(out, text); // a string into memory cannot fail
+    }
 }

@@ -13,6 +13,8 @@ pub enum Show {
     Transactions,
     /// Readings.
     Readings,
+    /// Identifications alone.
+    Devices,
 }
 
 impl Show {
@@ -21,9 +23,8 @@ impl Show {
         match event {
             Event::Transaction { .. } => self == Show::Transactions,
             Event::Reading { .. } => self == Show::Readings,
-            Event::Frame(_) | Event::Damaged(_) | Event::Lost(_) | Event::Identified { .. } => {
-                self == Show::Frames
-            }
+            Event::Frame(_) | Event::Damaged(_) | Event::Lost(_) => self == Show::Frames,
+            Event::Identified { .. } => matches!(self, Show::Frames | Show::Devices),
         }
     }
 }

@@ -3,9 +3,8 @@
 use std::collections::VecDeque;
 
 use crate::decode::frame::{Reason, Role};
-use crate::decode::framer::Outstanding;
 use crate::decode::pairing::hypothesis::Choice;
-use crate::decode::pairing::item::{Item, What};
+use crate::decode::pairing::item::{Item, Part, What};
 use crate::decode::transaction::Outcome;
 use crate::time::{SECOND, Timestamp};
 
@@ -22,9 +21,9 @@ const MOST_OPEN: usize = 16;
 #[derive(Clone, Copy, Debug)]
 pub struct Assembled {
     /// The request, or a damaged run that may be it.
-    pub request: Option<Item>,
+    pub request: Option<Part>,
     /// The response, or a damaged run that may be it.
-    pub response: Option<Item>,
+    pub response: Option<Part>,
     /// How it ended.
     pub outcome: Outcome,
 }
@@ -32,10 +31,12 @@ pub struct Assembled {
 /// Is a request that may still be answered.
 #[derive(Clone, Copy, Debug)]
 struct Open {
-    item: Item,
-    request: Outstanding,
+    part: Part,
+    address: u8,
+    /// Time of the read that decided it.
+    at: Timestamp,
     /// A damaged run that may be the answer.
-    damaged: Option<Item>,
+    damaged: Option<Part>,
     /// When the next request had been read, if there was one.
     superseded: Option<Timestamp>,
     /// Requests answered since, of those that came later.
@@ -46,13 +47,13 @@ impl Open {
     fn closes(&self) -> Timestamp {
         match self.superseded {
             Some(at) => at + LATE_WINDOW_NS,
-            None => self.item.at + RESPONSE_TIMEOUT_NS,
+            None => self.at + RESPONSE_TIMEOUT_NS,
         }
     }
 
     fn close(self) -> Assembled {
         let outcome = if self.damaged.is_some() { Outcome::Damaged } else { Outcome::NoResponse };
-        Assembled { request: Some(self.item), response: self.damaged, outcome }
+        Assembled { request: Some(self.part), response: self.damaged, outcome }
     }
 }
 
@@ -61,7 +62,7 @@ impl Open {
 pub struct Assembler {
     open: Vec<Open>,
     /// A damaged run just before, which may be a request.
-    run_before: Option<Item>,
+    run_before: Option<(Part, Role)>,
     ready: VecDeque<Assembled>,
 }
 
@@ -72,14 +73,14 @@ impl Assembler {
     }
 
     /// Returns the oldest item a later transaction may still use.
-    pub fn oldest(&self) -> Option<&Item> {
-        let open = self.open.iter().map(|open| &open.item);
-        open.chain(&self.run_before).min_by_key(|item| item.id)
+    pub fn oldest(&self) -> Option<&Part> {
+        let open = self.open.iter().map(|open| &open.part);
+        open.chain(self.run_before.iter().map(|(part, _)| part)).min_by_key(|part| part.id)
     }
 
     /// Tells whether the request with this id can no longer be answered.
     pub fn is_closed(&self, id: u64) -> bool {
-        !self.open.iter().any(|open| open.item.id == id)
+        !self.open.iter().any(|open| open.part.id == id)
     }
 
     /// Returns when the next open request is given up.
@@ -87,11 +88,11 @@ impl Assembler {
         self.open.iter().map(Open::closes).min()
     }
 
-    /// Takes in an item with what was decided of it.
-    pub fn push(&mut self, item: Item, choice: Choice) {
+    /// Takes in an item with what was decided of it; `address` is its first byte.
+    pub fn push(&mut self, item: &Item, choice: Choice, address: u8) {
         let run_before = self.run_before.take();
         match choice {
-            Choice::Request => self.request(item),
+            Choice::Request => self.request(item, address),
             Choice::Echo => {}
             Choice::Response(id) | Choice::Mismatch(id) => self.response(item, id),
             Choice::Unsolicited => self.unsolicited(item, run_before),
@@ -99,22 +100,25 @@ impl Assembler {
         }
     }
 
-    fn request(&mut self, item: Item) {
-        let What::Frame { request: Some(asked), .. } = item.what else { return };
-        let request = asked.outstanding;
+    fn request(&mut self, item: &Item, address: u8) {
         self.supersede(item.at);
-        if request.is_broadcast() {
-            return self.ready.push_back(Assembled {
-                request: Some(item),
-                response: None,
-                outcome: Outcome::Broadcast,
-            });
+        let part = item.part();
+        if address == 0 {
+            let outcome = Outcome::Broadcast;
+            return self.ready.push_back(Assembled { request: Some(part), response: None, outcome });
         }
         if self.open.len() >= MOST_OPEN {
             let oldest = self.open.remove(0);
             self.ready.push_back(oldest.close());
         }
-        self.open.push(Open { item, request, damaged: None, superseded: None, answered_since: 0 });
+        self.open.push(Open {
+            part,
+            address,
+            at: item.at,
+            damaged: None,
+            superseded: None,
+            answered_since: 0,
+        });
     }
 
     /// Marks the open requests as followed by another; those with a damaged answer are done.
@@ -136,52 +140,52 @@ impl Assembler {
         });
     }
 
-    fn response(&mut self, item: Item, id: u64) {
-        let Some(index) = self.open.iter().position(|open| open.item.id == id) else {
+    fn response(&mut self, item: &Item, id: u64) {
+        let Some(index) = self.open.iter().position(|open| open.part.id == id) else {
             return self.unsolicited(item, None);
         };
         let open = self.open.remove(index);
-        self.close_where(|other| other.item.id < id && other.request.address == open.request.address);
+        self.close_where(|other| other.part.id < id && other.address == open.address);
         self.close_untimed(id);
-        let outcome = match (open.superseded, is_exception(&item)) {
+        let outcome = match (open.superseded, is_exception(item)) {
             (Some(_), _) => Outcome::Late,
             (None, true) => Outcome::Exception,
             (None, false) => Outcome::Answered,
         };
-        self.ready.push_back(Assembled { request: Some(open.item), response: Some(item), outcome });
+        self.ready.push_back(Assembled { request: Some(open.part), response: Some(item.part()), outcome });
     }
 
     /// Without times a request is given up once later ones were answered.
     fn close_untimed(&mut self, answered: u64) {
         for open in &mut self.open {
-            open.answered_since += u32::from(open.item.id < answered && open.item.time.is_none());
+            open.answered_since += u32::from(open.part.id < answered && open.part.time.is_none());
         }
         self.close_where(|open| open.answered_since >= UNTIMED_WINDOW);
     }
 
-    fn unsolicited(&mut self, item: Item, run_before: Option<Item>) {
-        let request = run_before.filter(may_be_request);
+    fn unsolicited(&mut self, item: &Item, run_before: Option<(Part, Role)>) {
+        let request = run_before.filter(|(_, role)| *role != Role::Response).map(|(run, _)| run);
         if let Some(run) = request {
             for open in &mut self.open {
                 open.damaged = open.damaged.filter(|damaged| damaged.id != run.id);
             }
         }
         let outcome = if request.is_some() { Outcome::Damaged } else { Outcome::Unsolicited };
-        self.ready.push_back(Assembled { request, response: Some(item), outcome });
+        self.ready.push_back(Assembled { request, response: Some(item.part()), outcome });
     }
 
-    fn run(&mut self, item: Item) {
-        let What::Run(run) = item.what else { return };
-        if run.reason == Reason::Stray {
+    fn run(&mut self, item: &Item) {
+        let What::Run { reason, role, .. } = item.what else { return };
+        if reason == Reason::Stray {
             return;
         }
         let current = self.open.iter_mut().find(|open| open.superseded.is_none());
         if let Some(open) = current
-            && run.role != Role::Request
+            && role != Role::Request
         {
-            open.damaged.get_or_insert(item);
+            open.damaged.get_or_insert(item.part());
         }
-        self.run_before = Some(item);
+        self.run_before = Some((item.part(), role));
     }
 
     /// Gives up what can no longer be answered by `now`.
@@ -194,10 +198,6 @@ impl Assembler {
         self.run_before = None;
         self.close_where(|_| true);
     }
-}
-
-fn may_be_request(run: &Item) -> bool {
-    matches!(run.what, What::Run(run) if run.role != Role::Response)
 }
 
 fn is_exception(item: &Item) -> bool {

@@ -3,14 +3,15 @@
 //! Most frames have one possible role. Functions 5, 6, 8 and 22 answer with the request's own bytes, an adapter
 //! may echo, a master may repeat: then what follows decides.
 
+use crate::decode::candidate::Candidate;
 use crate::decode::framer::score;
-use crate::decode::framer::{Experience, Fit, Outstanding};
-use crate::decode::pairing::item::{Asked, Item, What};
+use crate::decode::framer::{Asked, Experience, Fit, Outstanding, Readings};
+use crate::decode::pairing::item::Item;
 use crate::time::Timestamp;
 
 /// Hypotheses kept.
 const KEPT: usize = 16;
-/// Unanswered requests that a late response may still answer.
+/// Given up requests that a late response may still answer, the latest first.
 const EARLIER: usize = 4;
 /// A response to a request that was given up, against one to the outstanding request.
 const LATE: f32 = -6.0;
@@ -32,152 +33,157 @@ pub enum Choice {
     Run,
 }
 
-/// A request with its id.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Open {
-    id: u64,
-    request: Outstanding,
-}
-
 /// Is where a hypothesis has got to.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
-pub struct State {
-    outstanding: Option<Open>,
-    earlier: [Option<Open>; EARLIER],
+struct State {
+    /// Id of the request that waits for its answer.
+    outstanding: Option<u64>,
+    /// Whether its echo has come.
+    echoed: bool,
     /// Bytes of damaged runs since the last frame.
     junk: u16,
-    /// Whether those were as long as the frame before asks its answer to be, for damaged requests.
-    damaged_length: u64,
+    /// Bytes of the last of them.
+    damaged_length: u32,
 }
 
 /// Is one way to read an item from a state.
 #[derive(Clone, Copy, Debug)]
-pub struct Reading {
-    pub score: f32,
-    pub choice: Choice,
-    pub next: State,
+struct Reading {
+    score: f32,
+    choice: Choice,
+    next: State,
+}
+
+/// Keeps what an answer must match, of the requests that may still be answered; few, in order.
+#[derive(Clone, Debug, Default)]
+struct Requests(Vec<(u64, Outstanding)>);
+
+impl Requests {
+    fn get(&self, id: u64) -> Option<&Outstanding> {
+        self.0.iter().rev().find(|(known, _)| *known == id).map(|(_, request)| request)
+    }
 }
 
 /// Holds what readings depend on besides the state.
 pub struct View<'a> {
+    /// The frame or run.
     pub item: &'a Item,
+    /// How it can be read; not at all if it is a run.
+    pub readings: &'a Readings,
+    /// Its bytes.
     pub bytes: &'a [u8],
+    /// What the bus has taught.
     pub experience: &'a Experience,
 }
 
-impl State {
-    /// Lists the readings of an item; a frame has at least one.
-    pub fn readings(&self, view: &View<'_>, mut offer: impl FnMut(Reading)) {
-        match &view.item.what {
-            What::Run(_) => {
-                offer(Reading { score: 0.0, choice: Choice::Run, next: self.after_run(view.item.length) })
-            }
-            What::Frame { request, response, .. } => {
-                if let Some(asked) = request {
-                    self.as_request(asked, view, &mut offer);
-                }
-                if let Some(candidate) = response {
-                    self.as_response(*candidate, view, &mut offer);
-                }
-            }
+/// Reads an item from a state.
+struct Reader<'a> {
+    view: &'a View<'a>,
+    requests: &'a Requests,
+    state: State,
+    outstanding: Option<Outstanding>,
+    /// Nanoseconds from the outstanding request's end to the item's start.
+    since: Option<i64>,
+}
+
+impl<'a> Reader<'a> {
+    fn new(state: State, requests: &'a Requests, view: &'a View<'a>) -> Self {
+        let known = state.outstanding.and_then(|id| requests.get(id)).copied();
+        let outstanding = if state.echoed { known.map(Outstanding::after_echo) } else { known };
+        let begin = view.item.time.map(|time| time.start.midpoint());
+        let since = begin.zip(outstanding.and_then(|o| o.end)).map(|(begin, end)| begin - end);
+        Reader { view, requests, state, outstanding, since }
+    }
+
+    /// Lists the readings; a frame has at least one.
+    fn read(&self, mut offer: impl FnMut(Reading)) {
+        let Readings { request, response } = self.view.readings;
+        if request.is_none() && response.is_none() {
+            let length = self.view.item.length;
+            let junk = self.state.junk.saturating_add(u16::try_from(length).unwrap_or(u16::MAX));
+            let next = State { junk, damaged_length: length, ..self.state };
+            return offer(Reading { score: 0.0, choice: Choice::Run, next });
+        }
+        if let Some(asked) = request {
+            self.as_request(asked, &mut offer);
+        }
+        if let Some(candidate) = response {
+            self.as_response(*candidate, &mut offer);
         }
     }
 
-    fn after_run(&self, length: u64) -> State {
-        let junk = self.junk.saturating_add(u16::try_from(length).unwrap_or(u16::MAX));
-        State { junk, damaged_length: length, ..*self }
+    /// Returns the one way to read a frame, where there is no other to weigh it against.
+    fn only(&self) -> Option<(Choice, State)> {
+        match (&self.view.readings.request, self.view.readings.response) {
+            (Some(_), None) if self.outstanding.as_ref().is_none_or(|o| !o.same_bytes(self.view.bytes)) => {
+                Some((Choice::Request, State { outstanding: Some(self.view.item.id), ..State::default() }))
+            }
+            (None, Some(candidate)) => {
+                let (outstanding, id) = (self.outstanding.as_ref()?, self.state.outstanding?);
+                let full = outstanding.fit(candidate, self.view.bytes) == Fit::Full;
+                full.then_some((Choice::Response(id), State::default()))
+            }
+            _ => None,
+        }
     }
 
-    fn since(&self, view: &View<'_>) -> Option<i64> {
-        let begin = view.item.time?.start.midpoint();
-        Some(begin - self.outstanding?.request.end?)
-    }
-
-    fn as_request(&self, asked: &Asked, view: &View<'_>, offer: &mut impl FnMut(Reading)) {
+    fn as_request(&self, asked: &Asked, offer: &mut impl FnMut(Reading)) {
+        let (view, junk) = (self.view, self.state.junk);
         let base = score::frame(asked.candidate, view.bytes, view.experience);
-        let outstanding = self.outstanding.as_ref().map(|open| &open.request);
-        let since = self.since(view);
-        let mut score = score::request(outstanding, self.junk, view.bytes, since);
-        if let (Some(open), Some(since)) = (outstanding, since)
-            && self.junk < 3
+        let outstanding = self.outstanding.as_ref();
+        let mut score = score::request(outstanding, junk, view.bytes, self.since);
+        if let (Some(open), Some(since)) = (outstanding, self.since)
+            && junk < 3
+            && !open.is_broadcast()
             && open.same_bytes(view.bytes)
         {
             // A master repeats after its time-out, not sooner.
             let limit = view.experience.limit_ns(open.address);
             score = if since > limit / 10 * 8 { -2.0 } else { -4.0 };
         }
-        let open = Open { id: view.item.id, request: asked.outstanding };
-        let mut next = State { outstanding: Some(open), junk: 0, damaged_length: 0, ..*self };
-        if let Some(given_up) = self.outstanding.filter(|open| !open.request.is_broadcast()) {
-            next.earlier.rotate_right(1);
-            next.earlier[0] = Some(given_up);
-        }
+        let next = State { outstanding: Some(view.item.id), ..State::default() };
         offer(Reading { score: base + score, choice: Choice::Request, next });
-        if let Some(score) = score::echo(outstanding, self.junk, view.bytes, since, view.experience) {
-            let echoed = |open: Open| Open { request: open.request.after_echo(), ..open };
-            let next = State { outstanding: self.outstanding.map(echoed), ..*self };
+        if let Some(score) = score::echo(outstanding, junk, view.bytes, self.since, view.experience) {
+            let next = State { echoed: true, ..self.state };
             offer(Reading { score: base + score, choice: Choice::Echo, next });
         }
     }
 
-    fn as_response(
-        &self,
-        candidate: crate::decode::candidate::Candidate,
-        view: &View<'_>,
-        offer: &mut impl FnMut(Reading),
-    ) {
+    fn as_response(&self, candidate: Candidate, offer: &mut impl FnMut(Reading)) {
+        let (view, junk) = (self.view, self.state.junk);
         let base = score::frame(candidate, view.bytes, view.experience);
-        let outstanding = self.outstanding.as_ref().map(|open| &open.request);
-        let since = self.since(view);
+        let outstanding = self.outstanding.as_ref();
         let (score, fit) =
-            score::response(outstanding, self.junk, candidate, view.bytes, since, view.experience);
-        let (choice, answered) = match (fit, self.outstanding) {
-            (Fit::Full, Some(open)) => (Choice::Response(open.id), None),
-            (Fit::Function, Some(open)) => (Choice::Mismatch(open.id), None),
-            _ => (Choice::Unsolicited, self.outstanding),
+            score::response(outstanding, junk, candidate, view.bytes, self.since, view.experience);
+        let (choice, answered) = match (fit, self.state.outstanding) {
+            (Fit::Full, Some(id)) => (Choice::Response(id), true),
+            (Fit::Function, Some(id)) => (Choice::Mismatch(id), true),
+            _ => (Choice::Unsolicited, false),
         };
-        let repaired = if fit == Fit::None { self.damaged_request_bonus(view) } else { 0.0 };
-        let next = State { outstanding: answered, junk: 0, damaged_length: 0, ..*self };
+        let repaired = if fit == Fit::None { self.damaged_request_bonus() } else { 0.0 };
+        let still = State { junk: 0, damaged_length: 0, ..self.state };
+        let next = if answered { State::default() } else { still };
         offer(Reading { score: base + score + repaired, choice, next });
-        if fit != Fit::Full {
-            self.as_late(candidate, view, base, offer);
+        if fit != Fit::Full
+            && let Some(id) = self.given_up(candidate)
+        {
+            let score = base + score::RESPONSE_FITS + LATE;
+            offer(Reading { score, choice: Choice::Response(id), next: still });
         }
     }
 
     /// A response that repeats its request, after junk of its own length: the request was damaged.
-    fn damaged_request_bonus(&self, view: &View<'_>) -> f32 {
-        let repeats = matches!(view.bytes[1], 5 | 6 | 8 | 22);
-        let alike = self.damaged_length.abs_diff(view.item.length) <= 1;
-        if repeats && alike && self.junk > 0 && self.outstanding.is_none() { 1.0 } else { 0.0 }
+    fn damaged_request_bonus(&self) -> f32 {
+        let repeats = matches!(self.view.bytes[1], 5 | 6 | 8 | 22);
+        let alike = self.state.damaged_length.abs_diff(self.view.item.length) <= 1;
+        if repeats && alike && self.state.junk > 0 && self.outstanding.is_none() { 1.0 } else { 0.0 }
     }
 
-    /// The answer to a request that the master has given up.
-    fn as_late(
-        &self,
-        candidate: crate::decode::candidate::Candidate,
-        view: &View<'_>,
-        base: f32,
-        offer: &mut impl FnMut(Reading),
-    ) {
-        for (index, open) in self.earlier.iter().enumerate() {
-            let Some(open) = open else { continue };
-            if open.request.fit(candidate, view.bytes) == Fit::Full {
-                let mut next = State { junk: 0, damaged_length: 0, ..*self };
-                next.earlier[index] = None;
-                let score = base + score::RESPONSE_FITS + LATE;
-                offer(Reading { score, choice: Choice::Response(open.id), next });
-                return;
-            }
-        }
-    }
-
-    /// Forgets requests that were decided otherwise.
-    pub fn forget(&mut self, closed: impl Fn(u64) -> bool) {
-        for open in &mut self.earlier {
-            *open = open.filter(|open| !closed(open.id));
-        }
-        // A broadcast is closed at once, but may still be echoed.
-        self.outstanding = self.outstanding.filter(|open| open.request.is_broadcast() || !closed(open.id));
+    /// Finds the latest request that the master has given up and that this response answers.
+    fn given_up(&self, candidate: Candidate) -> Option<u64> {
+        let others = self.requests.0.iter().rev().filter(|(id, _)| Some(*id) != self.state.outstanding);
+        let fits = |request: &Outstanding| request.fit(candidate, self.view.bytes) == Fit::Full;
+        others.take(EARLIER).find(|(_, request)| fits(request)).map(|(id, _)| *id)
     }
 }
 
@@ -194,46 +200,62 @@ struct Hypothesis {
 pub struct Beam {
     hypotheses: Vec<Hypothesis>,
     spare: Vec<Hypothesis>,
+    requests: Requests,
+}
+
+impl Default for Beam {
+    fn default() -> Self {
+        Beam { hypotheses: vec![Hypothesis::default()], spare: Vec::new(), requests: Requests::default() }
+    }
 }
 
 impl Beam {
-    pub fn new() -> Self {
-        Beam { hypotheses: vec![Hypothesis::default()], spare: Vec::new() }
-    }
-
     /// Reads an item; returns its choice at once when nothing is open and nothing else comes near.
     pub fn push(&mut self, view: &View<'_>) -> Option<Choice> {
-        if let [only] = self.hypotheses.as_mut_slice()
-            && only.choices.is_empty()
-        {
-            let (mut best, mut rival) = (None::<Reading>, f32::MIN);
-            only.state.readings(view, |reading| match &best {
-                Some(known) if known.score >= reading.score => rival = rival.max(reading.score),
-                Some(known) => {
-                    rival = rival.max(known.score);
-                    best = Some(reading);
-                }
-                None => best = Some(reading),
-            });
-            if let Some(best) = best
-                && rival < best.score - score::MARGIN
-            {
-                only.state = best.next;
-                only.score = 0.0;
-                return Some(best.choice);
-            }
+        let choice = self.at_once(view);
+        if choice.is_none() {
+            self.branch(view);
         }
-        self.branch(view);
-        None
+        if let Some(asked) = &view.readings.request
+            && matches!(choice, None | Some(Choice::Request))
+        {
+            self.requests.0.push((view.item.id, asked.outstanding));
+        }
+        choice
+    }
+
+    fn at_once(&mut self, view: &View<'_>) -> Option<Choice> {
+        let [only] = self.hypotheses.as_mut_slice() else { return None };
+        if !only.choices.is_empty() {
+            return None;
+        }
+        let reader = Reader::new(only.state, &self.requests, view);
+        if let Some((choice, next)) = reader.only() {
+            only.state = next;
+            return Some(choice);
+        }
+        let (mut best, mut rival) = (None::<Reading>, f32::MIN);
+        reader.read(|reading| match &best {
+            Some(known) if known.score >= reading.score => rival = rival.max(reading.score),
+            Some(known) => {
+                rival = rival.max(known.score);
+                best = Some(reading);
+            }
+            None => best = Some(reading),
+        });
+        let best = best.filter(|best| rival < best.score - score::MARGIN)?;
+        only.state = best.next;
+        only.score = 0.0;
+        Some(best.choice)
     }
 
     fn branch(&mut self, view: &View<'_>) {
         let mut grown = std::mem::take(&mut self.spare);
         for hypothesis in &self.hypotheses {
-            hypothesis.state.readings(view, |reading| {
+            Reader::new(hypothesis.state, &self.requests, view).read(|reading| {
                 let score = hypothesis.score + reading.score;
-                let rival = grown.iter_mut().find(|g: &&mut Hypothesis| g.state == reading.next);
-                match rival {
+                match grown.iter_mut().find(|g: &&mut Hypothesis| g.state == reading.next) {
+                    // What comes later will tell them apart no better.
                     Some(rival) if rival.score >= score => {}
                     Some(rival) => {
                         rival.score = score;
@@ -277,10 +299,24 @@ impl Beam {
         Some(choice)
     }
 
-    /// Forgets requests that are closed.
-    pub fn forget(&mut self, closed: impl Fn(u64) -> bool + Copy) {
-        for hypothesis in &mut self.hypotheses {
-            hypothesis.state.forget(closed);
+    /// Forgets requests that nothing can answer or echo any more.
+    pub fn forget(&mut self, closed: impl Fn(u64) -> bool) {
+        let (hypotheses, requests) = (&mut self.hypotheses, &mut self.requests.0);
+        if let ([(id, request)], [only]) = (requests.as_slice(), hypotheses.as_mut_slice())
+            && only.state.outstanding.is_none()
+            && closed(*id)
+            && !request.is_broadcast()
+        {
+            return requests.clear(); // nearly always: the request just answered
+        }
+        requests.retain(|(id, request)| {
+            // A broadcast is closed at once, but may still be echoed.
+            let waits = hypotheses.iter().any(|h| h.state.outstanding == Some(*id));
+            !closed(*id) || waits && request.is_broadcast()
+        });
+        for hypothesis in hypotheses {
+            let known = |id: &u64| requests.iter().any(|(known, _)| known == id);
+            hypothesis.state.outstanding = hypothesis.state.outstanding.filter(known);
         }
     }
 }

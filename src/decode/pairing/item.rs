@@ -1,11 +1,7 @@
 //! What pairing looks at: frames and damaged runs, in stream order.
 
-use crate::decode::candidate::{Basis, Candidate, candidates};
-use crate::decode::damage::Run;
-use crate::decode::frame::{Boundary, Role, WireTime};
-use crate::decode::framer::Outstanding;
+use crate::decode::frame::{Boundary, Reason, Role, WireTime};
 use crate::decode::function::FunctionCode;
-use crate::decode::shape::Shapes;
 use crate::time::{Span, Timestamp};
 
 /// Is a frame or a damaged run with its place and time.
@@ -16,21 +12,27 @@ pub struct Item {
     /// Stream offset of the first byte.
     pub offset: u64,
     /// Bytes.
-    pub length: u64,
+    pub length: u32,
+    /// What it is.
+    pub what: What,
     /// When it was on the wire; `None` where the input has no times.
     pub time: Option<WireTime>,
     /// The silence before.
     pub gap_before: Option<Span>,
     /// Time of the read that decided it: what deadlines count from.
     pub at: Timestamp,
-    /// What it is.
-    pub what: What,
 }
 
 impl Item {
     /// Returns the stream offset after the last byte.
     pub fn end(&self) -> u64 {
-        self.offset + self.length
+        self.offset + u64::from(self.length)
+    }
+
+    /// Returns what a transaction needs of it.
+    pub fn part(&self) -> Part {
+        let damaged = matches!(self.what, What::Run { .. });
+        Part { id: self.id, offset: self.offset, length: self.length, damaged, time: self.time }
     }
 }
 
@@ -45,44 +47,38 @@ pub enum What {
         boundary: Boundary,
         /// From 0 to 0.99.
         confidence: f32,
-        /// Read as a request.
-        request: Option<Asked>,
-        /// Read as a response.
-        response: Option<Candidate>,
     },
-    /// A damaged run.
-    Run(Run),
+    /// A damaged run, with guesses at what it was.
+    Run {
+        /// What is wrong with it.
+        reason: Reason,
+        /// Who may have sent it.
+        role: Role,
+        /// Its unit address.
+        address: Option<u8>,
+        /// Its function code as on the wire.
+        function: Option<FunctionCode>,
+    },
 }
 
-/// Is a frame read as a request.
+/// Is one side of a transaction, by its place in the stream.
 #[derive(Clone, Copy, Debug)]
-pub struct Asked {
-    /// The form.
-    pub candidate: Candidate,
-    /// What an answer must match.
-    pub outstanding: Outstanding,
+pub struct Part {
+    /// The id of the frame or run.
+    pub id: u64,
+    /// Stream offset of the first byte.
+    pub offset: u64,
+    /// Bytes.
+    pub length: u32,
+    /// Whether it is a damaged run.
+    pub damaged: bool,
+    /// When it was on the wire; `None` where the input has no times.
+    pub time: Option<WireTime>,
 }
 
-/// Reads a frame both ways.
-pub fn frame_readings(
-    bytes: &[u8],
-    offset: u64,
-    boundary: Boundary,
-    end: Option<Timestamp>,
-    shapes: &Shapes,
-) -> (Option<Asked>, Option<Candidate>) {
-    let list = candidates(bytes, shapes);
-    let of = |role: Role| {
-        let fits = |c: &&Candidate| {
-            c.role == role
-                && match boundary {
-                    Boundary::Length => usize::from(c.length) == bytes.len(),
-                    Boundary::Crc => c.basis == Basis::AnyLength,
-                }
-        };
-        list.as_slice().iter().find(fits).copied()
-    };
-    let request = of(Role::Request)
-        .map(|candidate| Asked { candidate, outstanding: Outstanding::new(offset, bytes, end, shapes) });
-    (request, of(Role::Response))
+impl Part {
+    /// Returns the stream offset after the last byte.
+    pub fn end(&self) -> u64 {
+        self.offset + u64::from(self.length)
+    }
 }

@@ -7,16 +7,15 @@ mod item;
 
 use std::collections::VecDeque;
 
-use crate::decode::framer::Experience;
+use crate::decode::framer::{Experience, Readings};
 use crate::decode::store::Store;
-use crate::decode::transaction::Outcome;
 use crate::time::Timestamp;
 
 pub use assemble::Assembled;
 use assemble::Assembler;
 pub use hypothesis::Choice;
 use hypothesis::{Beam, View, lag_ends};
-pub use item::{Item, What, frame_readings};
+pub use item::{Item, Part, What};
 
 /// Is what pairing hands out, in the order in which it was decided.
 #[derive(Clone, Copy, Debug)]
@@ -28,33 +27,25 @@ pub enum Settled {
 }
 
 /// Decides roles and pairs; pure, with time as an argument.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Pairing {
     beam: Beam,
-    undecided: VecDeque<Item>,
+    /// Items whose choice is open, each with its first byte.
+    undecided: VecDeque<(Item, u8)>,
     assembler: Assembler,
     settled: VecDeque<Settled>,
 }
 
 impl Pairing {
-    /// Makes a pairing that has seen nothing.
-    pub fn new() -> Self {
-        Pairing {
-            beam: Beam::new(),
-            undecided: VecDeque::new(),
-            assembler: Assembler::default(),
-            settled: VecDeque::new(),
-        }
-    }
-
-    /// Takes in the next frame or run.
-    pub fn push(&mut self, item: Item, store: &Store, experience: &Experience) {
+    /// Takes in the next frame or run, with how it can be read.
+    pub fn push(&mut self, item: Item, readings: &Readings, store: &Store, experience: &Experience) {
         let bytes = store.slice(item.offset, item.end());
-        let view = View { item: &item, bytes, experience };
+        let address = bytes.first().copied().unwrap_or_default();
+        let view = View { item: &item, readings, bytes, experience };
         match self.beam.push(&view) {
-            Some(choice) => self.decided(item, choice),
+            Some(choice) => self.decided(item, choice, address),
             None => {
-                self.undecided.push_back(item);
+                self.undecided.push_back((item, address));
                 self.settle(false);
             }
         }
@@ -62,13 +53,13 @@ impl Pairing {
 
     fn settle(&mut self, forced: bool) {
         while let Some(choice) = self.beam.settle(forced) {
-            let Some(item) = self.undecided.pop_front() else { return };
-            self.decided(item, choice);
+            let Some((item, address)) = self.undecided.pop_front() else { return };
+            self.decided(item, choice, address);
         }
     }
 
-    fn decided(&mut self, item: Item, choice: Choice) {
-        self.assembler.push(item, choice);
+    fn decided(&mut self, item: Item, choice: Choice, address: u8) {
+        self.assembler.push(&item, choice, address);
         self.settled.push_back(Settled::Item(item, choice));
         self.collect();
     }
@@ -76,33 +67,31 @@ impl Pairing {
     fn collect(&mut self) {
         let mut any = false;
         while let Some(transaction) = self.assembler.next() {
-            any |=
-                !matches!(transaction.outcome, Outcome::Answered | Outcome::Exception | Outcome::Unsolicited);
+            any |= transaction.request.is_some();
             self.settled.push_back(Settled::Transaction(transaction));
         }
         if any {
             let assembler = &self.assembler;
-            let undecided = self.undecided.front().map_or(u64::MAX, |item| item.id);
+            let undecided = self.undecided.front().map_or(u64::MAX, |(item, _)| item.id);
             self.beam.forget(|id| id < undecided && assembler.is_closed(id));
         }
     }
 
     /// Returns what was settled next.
-    pub fn next(&mut self) -> Option<Settled> {
+    pub fn take(&mut self) -> Option<Settled> {
         self.settled.pop_front()
     }
 
-    /// Returns the oldest item that a later row may still need.
-    pub fn oldest(&self) -> Option<&Item> {
-        match (self.assembler.oldest(), self.undecided.front()) {
-            (Some(a), Some(b)) => Some(if a.id < b.id { a } else { b }),
-            (a, b) => a.or(b),
-        }
+    /// Returns the id and offset of the oldest item that a later row may still need.
+    pub fn oldest(&self) -> Option<(u64, u64)> {
+        let open = self.assembler.oldest().map(|part| (part.id, part.offset));
+        let undecided = self.undecided.front().map(|(item, _)| (item.id, item.offset));
+        [open, undecided].into_iter().flatten().min()
     }
 
     /// Returns the offset of the first byte of what is settled and not yet taken.
     pub fn waiting(&self) -> Option<u64> {
-        let offset = |item: &Item| item.offset;
+        let offset = |part: &Part| part.offset;
         let of = |settled: &Settled| match settled {
             Settled::Item(item, _) => Some(item.offset),
             Settled::Transaction(t) => t.request.iter().chain(&t.response).map(offset).min(),
@@ -113,15 +102,15 @@ impl Pairing {
     /// Returns when silence decides something.
     pub fn deadline(&self) -> Option<Timestamp> {
         // Nothing is given up while an item before is undecided.
-        self.undecided.front().map(lag_ends).or_else(|| self.assembler.deadline())
+        self.undecided.front().map(|(item, _)| lag_ends(item)).or_else(|| self.assembler.deadline())
     }
 
     /// Decides what is due by `now`.
     pub fn expire(&mut self, now: Timestamp) {
-        while self.undecided.front().is_some_and(|item| lag_ends(item) <= now) {
+        while self.undecided.front().is_some_and(|(item, _)| lag_ends(item) <= now) {
             let Some(choice) = self.beam.settle(true) else { break };
-            let Some(item) = self.undecided.pop_front() else { break };
-            self.decided(item, choice);
+            let Some((item, address)) = self.undecided.pop_front() else { break };
+            self.decided(item, choice, address);
             self.settle(false);
         }
         if self.undecided.is_empty() {

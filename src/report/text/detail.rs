@@ -6,7 +6,7 @@ use super::style::Styles;
 use crate::decode::frame::{Place, Role};
 use crate::decode::pdu;
 use crate::decode::transaction::{Side, Transaction};
-use crate::device::{Field, Meaning};
+use crate::device::Meaning;
 use crate::time::MILLISECOND;
 
 /// Writes where and how surely a run of bytes was received.
@@ -41,17 +41,15 @@ pub(super) fn transaction(
         }
         write!(line, "{dim:#}")?;
     }
-    let fields: Vec<Field<'_>> = match meaning.command() {
-        Some(_) => meaning.fields().collect(),
-        None => meaning.likely_fields().collect(),
-    };
+    let fields: Vec<_> = super::marked_fields(meaning).collect();
     for (side, role) in [(row.request, Role::Request), (row.response, Role::Response)] {
         if let Some(side) = side {
             self::side(line, styles, side, role)?;
-            for field in fields.iter().filter(|field| field.side == role) {
+            for (field, mark) in fields.iter().filter(|(field, _)| field.side == role) {
                 let (accent, span) = (styles.accent, &field.span);
                 let offsets = offsets(span.start, span.end);
-                write!(line, "\n      {offsets}  {accent}{:<18}{accent:#}  {field}", field.name)?;
+                let name = format!("{}{mark}", field.name);
+                write!(line, "\n      {offsets}  {accent}{name:<18}{accent:#}  {field}")?;
             }
         }
     }

@@ -1,9 +1,9 @@
 //! Text for people: a line a row, aligned; with details and bytes beneath when asked for.
 //!
 //! ```text
-//! time                      unit  device        command           latency        what it means
-//! 2026-01-01 00:00:07.512      1  do            get-measurement   18.4 ±0.3 ms   temperature 17.625 °C · …
-//! 2026-01-01 00:00:08.031      9  -             FC03 0x0010 ×2                   no response
+//! time                     unit  device         command                  latency  what it means
+//! 2026-01-01 00:00:07.512    1  do             get-measurement       18.4 ±0.3 ms  temperature 17.625 °C · …
+//! 2026-01-01 00:00:08.031    9  -              FC03 0x0010 ×2                      no response
 //! ```
 
 mod detail;
@@ -17,7 +17,7 @@ use crate::decode::frame::{Damaged, Frame, Role};
 use crate::decode::function::FunctionCode;
 use crate::decode::pdu::{self, PduValue};
 use crate::decode::transaction::{Outcome, Side, Transaction};
-use crate::device::{Identified, Meaning, Profiles};
+use crate::device::{Field, Identified, Meaning, Profiles};
 use crate::pipeline::{Event, Lost};
 use crate::time::{MILLISECOND, Span, Timestamp};
 use style::Styles;
@@ -142,8 +142,8 @@ impl Text {
         self.time(place.time.map(|time| time.start.midpoint()), place.id);
         let (dim, accent, warn) = (self.styles.dim, self.styles.accent, self.styles.warn);
         let arrow = arrow(frame.role);
-        write!(self.line, "  {arrow}")?;
         self.address(Some(frame.address()));
+        write!(self.line, "  {arrow}")?;
         let function = function(frame.function());
         write!(
             self.line,
@@ -162,13 +162,13 @@ impl Text {
         let place = &damaged.place;
         self.time(place.time.map(|time| time.start.midpoint()), place.id);
         let (dim, bad) = (self.styles.dim, self.styles.bad);
-        write!(self.line, "  {bad}✗{bad:#}")?;
         self.address(damaged.address);
+        write!(self.line, "  {bad}✗{bad:#}")?;
         let reason = damaged.reason.name();
         let gap = latency(place.gap_before);
         // The reason is longer than a function code: it takes what it needs from the gap's column.
-        let width = 20_usize.saturating_sub(reason.len()).max(1);
-        write!(self.line, "  {bad}{reason}{bad:#} {dim}{gap:>width$}{dim:#}   ")?;
+        let width = 21_usize.saturating_sub(reason.len()).max(1);
+        write!(self.line, "  {bad}{reason}{bad:#} {dim}{gap:>width$}{dim:#}  ")?;
         self.bytes(place.bytes);
         self.line_errors(place.line_errors.len());
         Ok(())
@@ -192,13 +192,9 @@ impl Text {
     fn identified(&mut self, identified: &Identified, time: Option<Timestamp>) -> fmt::Result {
         self.time(time, identified.frames.last().copied().unwrap_or(0));
         let (good, bold) = (self.styles.good, self.styles.bold);
-        write!(self.line, "  {good}●{good:#}")?;
         self.address(Some(identified.address));
-        write!(self.line, "  is {bold}{}{bold:#}", identified.device)?;
-        if let Some(serial) = &identified.serial_number {
-            write!(self.line, ", serial number {serial}")?;
-        }
-        write!(self.line, " ({})", identified.evidence)
+        write!(self.line, "  {good}●{good:#} {bold}{}{bold:#}", identified.device)?;
+        write!(self.line, " recognised by {}", identified.evidence)
     }
 
     fn lost(&mut self, lost: &Lost) -> fmt::Result {
@@ -271,6 +267,12 @@ impl Format for Text {
     }
 }
 
+/// Returns the fields that are sure, then those of the likeliest reading, each with the mark it is shown with.
+fn marked_fields<'a>(meaning: &Meaning<'a>) -> impl Iterator<Item = (Field<'a>, &'static str)> {
+    let sure = meaning.fields().map(|field| (field, ""));
+    sure.chain(meaning.likely_fields().map(|field| (field, "?")))
+}
+
 /// Writes fields; without a profile, the data of the PDU.
 fn write_meaning(line: &mut String, row: &Transaction<'_>, meaning: &Meaning<'_>) -> fmt::Result {
     let mut separator = "";
@@ -280,12 +282,8 @@ fn write_meaning(line: &mut String, row: &Transaction<'_>, meaning: &Meaning<'_>
         known = true;
         write!(line, "{before}{text}")
     };
-    let fields: Vec<_> = match meaning.command() {
-        Some(_) => meaning.fields().collect(),
-        None => meaning.likely_fields().collect(),
-    };
-    for f in fields {
-        field(line, format_args!("{} {f}", f.name))?;
+    for (f, mark) in marked_fields(meaning) {
+        field(line, format_args!("{}{mark} {f}", f.name))?;
     }
     if known || meaning.command().is_some() || meaning.likely().is_some() {
         return Ok(());

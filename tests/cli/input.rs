@@ -1,0 +1,156 @@
+//! What goes in: bad inputs and bad arguments are a message and exit status 2, never a panic.
+
+use std::io::{BufRead, BufReader, Read};
+use std::process::Stdio;
+
+use predicates::prelude::*;
+
+use crate::{rtutap, stdout};
+
+const FRAME: &str = "01 03 26 00 00 04 4F 41\n";
+
+/// Holds that a command fails with status 2, an `error:` line with `part` in it, and nothing on standard output.
+fn refuses(args: &[&str], input: &[u8], part: &str) {
+    let contains = predicate::str::starts_with("error: ").and(predicate::str::contains(part));
+    rtutap(args).write_stdin(input).assert().code(2).stdout("").stderr(contains);
+}
+
+#[test]
+fn an_input_that_cannot_be_read_is_named() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let path = |name: &str| directory.path().join(name).to_str().expect("UTF-8").to_owned();
+    std::fs::write(path("empty"), "").expect("written");
+    std::fs::write(path("comments"), "# only\n\n# comments\n").expect("written");
+    std::fs::write(path("mcap"), b"\x89MCAP0\r\n\x01\x02").expect("written");
+    for command in ["decode", "info"] {
+        refuses(&[command, &path("empty")], b"", "empty' is empty");
+        refuses(&[command, &path("comments")], b"", "comments' is empty");
+        refuses(&[command, &path("missing")], b"", "missing': No such file");
+        refuses(&[command, &path("")], b"", "it is a directory");
+        refuses(&[command, &path("mcap")], b"", "MCAP");
+        refuses(&[command, "-"], b"", "'standard input' is empty");
+        refuses(&[command, "-", "--input-format", "raw"], b"", "'standard input' is empty");
+    }
+}
+
+#[test]
+fn hex_text_that_is_none_is_refused_with_line_and_column() {
+    for (text, place) in [
+        ("hello world\n", "line 1, column 1: 'h'"),
+        ("01 03\n0x0g\n", "line 2, column 3: '0' is half a byte"),
+        ("01 0xZZ\n", "line 1, column 6: 'Z'"),
+        ("2026-01-01T00:00:00 01\n", "line 1, column 20: the time has neither"),
+        ("99999999999.0 01\n", "line 1, column 1: the time is not between"),
+    ] {
+        let args = ["decode", "-", "--input-format", "hex"];
+        rtutap(&args).write_stdin(text).assert().code(2).stderr(predicate::str::contains(place));
+    }
+}
+
+#[test]
+fn rubbish_is_decoded_as_damage_and_text_that_is_no_hex_text_is_said() {
+    let rows = stdout(&["decode", "-", "--show", "frames", "--format", "json"], &[0xFE; 300]);
+    assert!(
+        rows.lines().count() > 0 && rows.lines().all(|row| row.contains("\"reason\":\"noise\"")),
+        "{rows}"
+    );
+    let warned = predicate::str::contains("warning: ").and(predicate::str::contains("line 1, column 1"));
+    rtutap(&["decode", "-"]).write_stdin("hello world\n").assert().success().stderr(warned);
+}
+
+#[test]
+fn numbers_out_of_range_are_refused() {
+    for (option, value, part) in [
+        ("--salinity", "-5", "not within 0 to 100"),
+        ("--salinity", "NaN", "not within 0 to 100"),
+        ("--pressure-kpa", "0", "not within 20 to 200"),
+        ("--pressure-kpa", "1013.25", "not within 20 to 200"),
+        ("--pressure-kpa", "high", "not a number"),
+        ("--adapter-hold", "-1", "not within 0 to 10000"),
+        ("--line", "9600", "no '-'"),
+        ("--line", "1-8N1", "between 50 and"),
+        ("--line", "99999999999-8N1", "whole number"),
+        ("--device", "300=yosemitech-do", "'300' is not a unit address"),
+        ("--device", "0=yosemitech-do", "'0' is not a unit address"),
+        ("--device", "yosemitech-do", "ADDRESS=PROFILE"),
+        ("--device", "1=nothing", "nothing"),
+        ("--profile", "/nowhere.toml", "/nowhere.toml"),
+        ("--show", "nothing", "nothing"),
+        ("--filter", "addr ==", "--filter 'addr =='"),
+    ] {
+        refuses(&["decode", "-", option, value], FRAME.as_bytes(), part);
+    }
+    refuses(&["simulate", "-o", "-", "--frames", "0"], b"", "0 is not in 1..");
+    refuses(&["simulate", "-o", "-", "--scenario", "nothing"], b"", "invalid value 'nothing'");
+    refuses(&["simulate", "-o", "-", "--adapter", "nothing"], b"", "nothing");
+    refuses(&["simulate", "-o", "/nowhere/bus.hex"], b"", "/nowhere/bus.hex");
+    refuses(&["simulate", "-o", "bus.mcap"], b"", "cannot write MCAP");
+    refuses(&["demo", "--duration", "0"], b"", "0 is not in 1..");
+    refuses(&["profiles", "show", "nothing"], b"", "no profile 'nothing'");
+    refuses(&["decode", "-", "--format", "csv", "--show", "frames", "--show", "readings"], b"01", "CSV");
+}
+
+#[test]
+fn a_leap_of_a_year_is_legal_and_said_by_nobody() {
+    let text = "# line 9600-8N1\n2026-01-01T00:00:00Z 01 03 26 00 00 04 4F 41\n2027-01-01T00:00:00Z 01 03 26 00 00 04 4F 41\n";
+    rtutap(&["decode", "-"]).write_stdin(text).assert().success().stderr("");
+    assert!(stdout(&["info", "-"], text.as_bytes()).contains("(365 d 0 h)"));
+}
+
+#[test]
+fn line_settings_are_those_asked_for_then_the_recordings_then_said() {
+    let named = format!("# line 19200-8E1\n{FRAME}");
+    assert!(stdout(&["info", "-", "--line", "300-7O2"], named.as_bytes()).contains("300-7O2"));
+    assert!(stdout(&["info", "-"], named.as_bytes()).contains("19200-8E1"));
+    let said = "note: 'standard input' does not name its line settings: 9600-8N1 assumed\n";
+    rtutap(&["info", "-"]).write_stdin(FRAME).assert().success().stderr(said);
+}
+
+#[test]
+fn a_closed_pipe_is_no_error() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let path = directory.path().join("bus.hex");
+    let path = path.to_str().expect("UTF-8");
+    rtutap(&["simulate", "-o", path, "--frames", "5000"]).assert().success().stdout("").stderr("");
+    let mut child = std::process::Command::new(assert_cmd::cargo::cargo_bin!("rtutap"))
+        .args(["decode", path, "--format", "json"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program runs");
+    let mut row = String::new();
+    let stdout = child.stdout.take().expect("piped");
+    BufReader::with_capacity(100, stdout).read_line(&mut row).expect("a row"); // and closed
+    let mut errors = String::new();
+    child.stderr.take().expect("piped").read_to_string(&mut errors).expect("UTF-8");
+    assert_eq!((child.wait().expect("ended").code(), errors.as_str()), (Some(0), ""));
+    assert!(row.starts_with("{\"type\":\"transaction\""));
+}
+
+#[test]
+fn colours_are_for_terminals_only() {
+    assert!(!stdout(&["decode", "-"], FRAME.as_bytes()).contains('\x1b'));
+    let forced =
+        rtutap(&["decode", "-"]).env("CLICOLOR_FORCE", "1").write_stdin(FRAME).output().expect("runs");
+    assert!(forced.stdout.contains(&0x1b));
+}
+
+#[test]
+fn a_profile_with_problems_is_refused_with_their_places() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let path = directory.path().join("bad.toml");
+    std::fs::write(&path, "id = 5\n").expect("written");
+    let path = path.to_str().expect("UTF-8");
+    refuses(&["profiles", "check", path], b"", "bad.toml:1:");
+    refuses(&["decode", "-", "--profile", path], FRAME.as_bytes(), "bad.toml:1:");
+}
+
+#[test]
+fn help_names_every_command_and_a_wrong_one_is_status_2() {
+    let help = stdout(&["--help"], b"");
+    for command in ["decode", "info", "simulate", "demo", "profiles"] {
+        assert!(help.contains(command), "{command}");
+    }
+    refuses(&["listen"], b"", "listen");
+    rtutap(&["--version"]).assert().success().stdout(predicate::str::starts_with("rtutap "));
+}
