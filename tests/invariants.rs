@@ -165,7 +165,11 @@ fn assert_short_cut_equals_lattice(make: impl Fn() -> Pipeline, reads: &[Read], 
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { max_shrink_iters: 20_000, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig {
+        max_shrink_iters: 20_000,
+        failure_persistence: None, // what it finds becomes a test of its own
+        ..ProptestConfig::default()
+    })]
 
     #[test]
     fn every_byte_comes_back_once_in_order_and_rows_are_sound(reads in any_reads(), hold in hold()) {

@@ -47,6 +47,8 @@ struct Read {
     earliest: Timestamp,
     /// Upper bound of the last byte's end.
     latest: Timestamp,
+    /// The same before later reads tightened it.
+    read: Timestamp,
 }
 
 /// Keeps the times of the bytes that the framer still holds.
@@ -159,6 +161,7 @@ impl Stamper {
             certain: certain.min(first_latest),
             earliest: earliest.min(first_latest),
             latest: read,
+            read,
         }
     }
 
@@ -238,9 +241,15 @@ impl Stamper {
     }
 
     /// Tells whether a silence of at least `gap_ns` may lie before the byte at `offset`.
+    ///
+    /// By what was known when the byte was read: the answer stays the same whatever is read later.
     pub fn gap_possible(&self, offset: u64, gap_ns: i64) -> bool {
-        match self.gap_before(offset) {
-            Some(gap) => gap.most >= gap_ns,
+        let before = offset.checked_sub(1).and_then(|before| self.byte(before));
+        match before.zip(self.find(offset).filter(|read| read.timed)) {
+            Some((before, read)) => {
+                let latest = read.read - self.run_ns(read.offset + read.length - 1 - offset);
+                latest - before.certain - self.character_ns >= gap_ns
+            }
             None => self.find(offset).is_none_or(|read| {
                 // Bytes of one untimed line belong together; raw bytes tell nothing.
                 read.offset == offset || !self.reads.iter().any(|read| read.after_silence)

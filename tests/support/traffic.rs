@@ -16,6 +16,17 @@ pub fn crc(bytes: &[u8]) -> u16 {
     CRC.checksum(bytes)
 }
 
+/// Draws 64 bits a call, the same for ever for a seed (SplitMix64).
+pub fn random(seed: u64) -> impl FnMut() -> u64 {
+    let mut state = seed;
+    move || {
+        state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let z = (state ^ (state >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        z ^ (z >> 31)
+    }
+}
+
 /// Appends the CRC, low byte first.
 pub fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
     let crc = crc(&bytes);
