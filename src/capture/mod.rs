@@ -235,29 +235,38 @@ impl Input {
     /// Returns what comes next, or `None` at the end; of a file that is followed, `None` while nothing is there.
     ///
     /// # Errors
-    /// When the system cannot read on, hex text cannot be understood, or an MCAP file ends without a byte of a bus.
+    /// As [`Input::advance`].
     pub fn next_item(&mut self) -> Result<Option<Item<'_>>, InputError> {
+        Ok(if self.advance()? { Some(self.item()) } else { None })
+    }
+
+    /// Goes on to the next item; tells whether there is one.
+    ///
+    /// # Errors
+    /// When the system cannot read on, hex text cannot be understood, or an MCAP file ends without a byte of a bus.
+    pub fn advance(&mut self) -> Result<bool, InputError> {
         let more = match &mut self.reader {
             Reader::Hex(hex) => hex.advance().map_err(hex_text::Failed::into),
             Reader::Raw(raw) => raw.advance().map_err(Failure::Io),
             Reader::Mcap(recording) => recording.advance().map_err(Failure::Io),
         };
-        match more {
-            Err(failure) => return Err(self.error(failure)),
-            Ok(false) if self.has_bytes || !self.is_finished() => return Ok(None),
-            Ok(false) => {
-                let empty = || InputError::Empty(self.name.clone());
-                return Err(self.foreign().unwrap_or_else(empty));
-            }
-            Ok(true) => {}
+        let more = more.map_err(|failure| self.error(failure))?;
+        if more {
+            self.has_bytes |= matches!(self.item(), Item::Chunk { .. });
+        } else if self.is_finished() && !self.has_bytes {
+            let empty = || InputError::Empty(self.name.clone());
+            return Err(self.foreign().unwrap_or_else(empty));
         }
-        let item = match &self.reader {
+        Ok(more)
+    }
+
+    /// Returns the item gone on to.
+    pub fn item(&self) -> Item<'_> {
+        match &self.reader {
             Reader::Hex(hex) => Item::Chunk { bus: BUS, chunk: hex.chunk(), ready: None },
             Reader::Raw(raw) => Item::Chunk { bus: BUS, chunk: raw.chunk(), ready: None },
             Reader::Mcap(recording) => recording.item(),
-        };
-        self.has_bytes |= matches!(item, Item::Chunk { .. });
-        Ok(Some(item))
+        }
     }
 
     /// Waits at the end for the input to grow; tells whether it can: only recordings in MCAP say where they end.

@@ -1,12 +1,13 @@
 //! `rtutap decode`: prints a recording.
 
-use super::bus::{self, BUS, Sink};
+use super::bus::{self, Wanted};
 use super::failure::Failure;
 use super::message;
 use super::output::Output;
+use super::session::Sink;
 use crate::analyze::filter::Filter;
+use crate::capture::mcap::BusSettings;
 use crate::cli::{self, RowFormat};
-use crate::line::LineSettings;
 use crate::pipeline::Event;
 use crate::report::{self, Clock, Csv, Format, Json, Rows, Show, Text};
 
@@ -14,7 +15,7 @@ use crate::report::{self, Clock, Csv, Format, Json, Rows, Show, Text};
 pub(super) fn run(args: &cli::Decode, verbose: bool) -> Result<(), Failure> {
     let mut show: Vec<Show> = args.show.iter().copied().map(Show::from).collect();
     show.dedup();
-    let profiles = bus::profiles(&args.bus.profiles)?;
+    let profiles = bus::profiles(&args.bus.profiles, &args.bus.inputs)?;
     let judge = args.filter.as_deref().map(judge).transpose()?;
     let clock = Clock::new(args.time.into());
     let (output, format): (Output, Box<dyn Format>) = match (args.format, &show[..]) {
@@ -29,11 +30,16 @@ pub(super) fn run(args: &cli::Decode, verbose: bool) -> Result<(), Failure> {
             return Err(Failure::hinted("CSV has one kind of row", hint));
         }
     };
-    let readings = show.contains(&Show::Readings);
+    let wanted = Wanted {
+        readings: show.contains(&Show::Readings),
+        prints: true,
+        follow: args.follow,
+        ..Wanted::default()
+    };
     let says_environment = args.format != RowFormat::Text;
     let mut printer = Printer { rows: Rows::new(show, format, judge), output, derived: false };
     printer.rows.heading(&mut printer.output.buffer);
-    let result = bus::read(&args.bus, &profiles, readings, &mut printer);
+    let result = bus::read(&args.bus, &profiles, wanted, &mut printer, |_| {});
     // What was decoded before something went wrong is shown first.
     printer.output.flush()?;
     result?;
@@ -72,15 +78,15 @@ struct Printer {
 }
 
 impl Sink for Printer {
-    const PRINTS: bool = true;
+    fn begin(&mut self, _settings: &BusSettings) -> Result<(), Failure> {
+        Ok(())
+    }
 
-    fn begin(&mut self, _line: LineSettings) {}
-
-    fn event(&mut self, event: &Event<'_>) {
+    fn event(&mut self, bus: &str, event: &Event<'_>) {
         if let Event::Reading { reading, .. } = event {
             self.derived |= reading.derived;
         }
-        self.rows.event(BUS, event, &mut self.output.buffer);
+        self.rows.event(bus, event, &mut self.output.buffer);
     }
 
     fn pause(&mut self, settled_frame: u64, waits: bool) -> Result<(), Failure> {

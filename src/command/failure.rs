@@ -4,6 +4,7 @@ use std::fmt::Display;
 use std::io;
 
 use crate::capture::InputError;
+use crate::capture::mcap::RecordError;
 
 /// Is why a command ended early.
 #[derive(Debug)]
@@ -43,5 +44,17 @@ impl Failure {
 impl From<InputError> for Failure {
     fn from(error: InputError) -> Self {
         Failure::hinted(&error, error.hint())
+    }
+}
+
+impl From<RecordError> for Failure {
+    fn from(error: RecordError) -> Self {
+        match error.error.kind() {
+            io::ErrorKind::AlreadyExists => Failure::hinted(
+                format!("cannot write '{}': an unfinished recording of that name is there", error.path.display()),
+                "'rtutap recover' makes it whole; or remove it, or choose another name",
+            ),
+            _ => Failure::writing(error.path.display(), &error.error),
+        }
     }
 }

@@ -9,6 +9,9 @@ mod message;
 mod output;
 mod profiles;
 mod progress;
+mod recover;
+mod scribe;
+mod session;
 mod simulate;
 
 use std::process::ExitCode;
@@ -21,6 +24,7 @@ pub fn run(cli: &Cli) -> ExitCode {
     let result = match &cli.command {
         Command::Decode(args) => decode::run(args, cli.verbose),
         Command::Info(args) => info::run(args),
+        Command::Recover(args) => recover::run(args),
         Command::Simulate(args) => simulate::run(args),
         Command::Demo(args) => demo::run(args, cli.verbose),
         Command::Profiles(args) => profiles::run(args),

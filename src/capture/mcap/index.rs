@@ -91,7 +91,7 @@ impl Index {
         let is_line = |id: &u16| {
             let channel = self.summary.channels.get(id);
             let schema = channel.and_then(|channel| channel.schema.as_ref());
-            schema.is_some_and(|schema| schema.name == Schema::Line.name())
+            schema.is_some_and(|schema| schema.name == Schema::LINE.name)
         };
         let mut chunks: Vec<_> = self.summary.chunk_indexes.iter().collect();
         chunks.sort_by_key(|chunk| chunk.chunk_start_offset);

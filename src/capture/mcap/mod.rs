@@ -6,7 +6,7 @@
 //!  messages    merged     file              damage     unpacked    losses   what was lost
 //! ```
 //!
-//! The messages are in `rtutap.proto`. `/<bus>/raw` is the source of truth; every other channel can be made anew
+//! The messages are in `recording.proto`. `/<bus>/raw` is the source of truth; every other channel can be made anew
 //! from it. Knows bytes and times, no Modbus.
 //!
 //! Where the bytes of a bus skip some, the recording says why: a message of its own with the number tells of bytes
@@ -23,7 +23,7 @@ mod recorder;
 mod recording;
 mod records;
 mod salvage;
-pub(crate) mod schema;
+mod schema;
 mod state;
 mod time;
 mod unpack;
@@ -33,7 +33,7 @@ pub use messages::{Cause, Damage};
 pub use recorder::{BusId, ChannelId, Options, RecordError, Recorder, part_path};
 pub use recording::{Facts, Preface, Recording, Session};
 pub use salvage::{RecoverError, Recovered, recover};
-pub use schema::{Level, Schema};
+pub use schema::Schema;
 pub use time::Anchor;
 
 /// How messages and schemas are encoded.

@@ -154,7 +154,7 @@ impl Recorder {
             totals: Totals::default(),
             finished: Vec::new(),
         };
-        recorder.clock = recorder.channel("/clock", Schema::Clock, BTreeMap::new());
+        recorder.clock = recorder.channel("/clock", Schema::CLOCK, BTreeMap::new());
         recorder.open_part()?;
         Ok(recorder)
     }
@@ -164,8 +164,8 @@ impl Recorder {
     /// # Errors
     /// When the recording cannot be written.
     pub fn add_bus(&mut self, settings: BusSettings) -> Result<BusId, RecordError> {
-        let raw = self.channel(&format!("/{}/raw", settings.name), Schema::RawChunk, BTreeMap::new());
-        let line = self.channel(&format!("/{}/line", settings.name), Schema::Line, BTreeMap::new());
+        let raw = self.channel(&format!("/{}/raw", settings.name), Schema::RAW_CHUNK, BTreeMap::new());
+        let line = self.channel(&format!("/{}/line", settings.name), Schema::LINE, BTreeMap::new());
         self.buses.push(BusState { settings, raw, line, offset: 0, time: None, pending: None });
         let bus = BusId(self.buses.len() - 1);
         self.write_bus_metadata(bus)?;
@@ -283,12 +283,12 @@ impl Recorder {
         &mut self,
         channel: ChannelId,
         time: Option<Timestamp>,
-        message: &impl Message,
+        payload: &[u8],
     ) -> Result<(), RecordError> {
         self.flush_reads()?;
         let Some((_, log)) = self.begun else { return Ok(()) }; // nothing was read that it could be about
         let publish = time.map_or(log.last(), |time| log.shown(time));
-        self.emit(channel, log.last(), publish, &message.encode_to_vec())
+        self.emit(channel, log.last(), publish, payload)
     }
 
     /// Writes what the monotonic and the wall clock show: every ten seconds, and when the wall clock was set.
@@ -460,7 +460,7 @@ impl Recorder {
             log_time: log,
             publish_time: publish.clamp(1, log.max(1)),
         };
-        let schema = (schema.name(), ENCODING, schema.descriptors());
+        let schema = (schema.name, ENCODING, schema.descriptors);
         let written = match id {
             Some(id) => Ok(*id),
             None => part.channel(topic, schema, ENCODING, metadata),

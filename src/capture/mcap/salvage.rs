@@ -182,9 +182,9 @@ impl Copy {
         if self.has_clock {
             return Ok(());
         }
-        let monotonic_ns = if schema == Schema::RawChunk.name() {
+        let monotonic_ns = if schema == Schema::RAW_CHUNK.name {
             RawChunk::decode(payload).ok().map(|raw| raw.monotonic_ns)
-        } else if schema == Schema::Clock.name() {
+        } else if schema == Schema::CLOCK.name {
             self.has_clock = head.sequence <= 1;
             Clock::decode(payload).ok().map(|clock| clock.monotonic_ns)
         } else {
@@ -194,16 +194,16 @@ impl Copy {
         self.has_clock = true;
         // Log times are those of the session, so any of them tells the anchor.
         let clock = Clock { monotonic_ns, realtime_ns: head.log_time };
-        self.write_own("/clock", Schema::Clock, head.log_time, &clock.encode_to_vec())?;
+        self.write_own("/clock", Schema::CLOCK, head.log_time, &clock.encode_to_vec())?;
         for (bus, line) in self.state.described_lines() {
-            self.write_own(&format!("/{bus}/line"), Schema::Line, head.log_time, &line.encode_to_vec())?;
+            self.write_own(&format!("/{bus}/line"), Schema::LINE, head.log_time, &line.encode_to_vec())?;
         }
         Ok(())
     }
 
     /// Writes a message that the damaged file lacks.
     fn write_own(&mut self, topic: &str, schema: Schema, log_time: u64, payload: &[u8]) -> io::Result<()> {
-        let descriptor = (schema.name(), ENCODING, schema.descriptors());
+        let descriptor = (schema.name, ENCODING, schema.descriptors);
         let id = self.part.channel(topic, descriptor, ENCODING, &BTreeMap::new())?;
         self.write(id, log_time, log_time, payload)
     }

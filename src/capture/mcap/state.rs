@@ -84,11 +84,11 @@ impl State {
         }
         let schema = schemas.get(&channel.schema_id).map_or("", |schema| &schema.name);
         let bus_of = |suffix| channel.topic.strip_prefix('/')?.strip_suffix(suffix);
-        self.topics[id] = if schema == Schema::Clock.name() {
+        self.topics[id] = if schema == Schema::CLOCK.name {
             Topic::Clock
-        } else if let Some(name) = bus_of("/raw").filter(|_| schema == Schema::RawChunk.name()) {
+        } else if let Some(name) = bus_of("/raw").filter(|_| schema == Schema::RAW_CHUNK.name) {
             Topic::Raw(self.bus(name))
-        } else if let Some(name) = bus_of("/line").filter(|_| schema == Schema::Line.name()) {
+        } else if let Some(name) = bus_of("/line").filter(|_| schema == Schema::LINE.name) {
             Topic::Line(self.bus(name))
         } else {
             Topic::Other

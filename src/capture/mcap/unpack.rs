@@ -26,11 +26,6 @@ struct Header<'a> {
     data: &'a [u8],
 }
 
-/// Returns the times of a chunk's first and last message, in nanoseconds; they have no checksum.
-pub(super) fn times(body: &[u8]) -> Option<(u64, u64)> {
-    Some((number(body, 0, 8)?, number(body, 8, 8)?))
-}
-
 /// Reads a little-endian number of up to 8 bytes.
 fn number(bytes: &[u8], at: usize, width: usize) -> Option<u64> {
     let field = bytes.get(at..at.checked_add(width)?)?;

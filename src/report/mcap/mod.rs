@@ -1,9 +1,13 @@
 //! Decoded messages of a recording: what a viewer shows beside the bytes. All of them can be made anew.
 
+mod schema;
+
 use std::collections::{BTreeMap, VecDeque};
 
-use crate::capture::mcap::schema::{self, Log, Seconds};
-use crate::capture::mcap::{ChannelId, Level, RecordError, Recorder, Schema};
+use prost::Message as _;
+
+use self::schema::{Log, Seconds};
+pub use self::schema::Level;
 use crate::decode::transaction::{Outcome, Transaction};
 use crate::device::{Meaning, Reading};
 use crate::pipeline::Event;
@@ -13,11 +17,27 @@ use crate::time::{MILLISECOND, SECOND, Timestamp};
 /// How many frames are remembered to tell where in the stream a transaction began.
 const MOST_FRAMES: usize = 4096;
 
-/// Writes the decoded messages of one bus.
+/// Is a message of a recording, ready to be written.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Message {
+    /// The topic of its channel.
+    pub topic: String,
+    /// The full name of the protobuf message.
+    pub schema: &'static str,
+    /// The `FileDescriptorSet` that defines it.
+    pub descriptors: &'static [u8],
+    /// Facts about the channel.
+    pub metadata: BTreeMap<String, String>,
+    /// When its cause was on the wire; `None` where the input has no times.
+    pub time: Option<Timestamp>,
+    /// The message, encoded.
+    pub payload: Vec<u8>,
+}
+
+/// Makes the decoded messages of one bus.
+#[derive(Debug)]
 pub struct Messages {
     bus: String,
-    transactions: ChannelId,
-    sensors: BTreeMap<(u8, String), ChannelId>,
     /// Id and stream offset of the latest frames and damaged runs, in order.
     frames: VecDeque<(u64, u64)>,
     /// Start of the latest transaction, and the bytes of each quantity in its response.
@@ -26,58 +46,46 @@ pub struct Messages {
 }
 
 impl Messages {
-    /// Prepares the channels of a bus.
-    pub fn new(bus: &str, recorder: &mut Recorder) -> Self {
-        let topic = format!("/{bus}/transactions");
-        Messages {
-            bus: bus.to_owned(),
-            transactions: recorder.channel(&topic, Schema::Transaction, BTreeMap::new()),
-            sensors: BTreeMap::new(),
-            frames: VecDeque::new(),
-            start: None,
-            quantities: Vec::new(),
-        }
+    /// Begins with a bus.
+    pub fn new(bus: &str) -> Self {
+        Messages { bus: bus.to_owned(), frames: VecDeque::new(), start: None, quantities: Vec::new() }
     }
 
-    /// Writes the message of an event, if it has one.
-    ///
-    /// # Errors
-    /// When the recording cannot be written.
-    pub fn event(&mut self, event: &Event<'_>, recorder: &mut Recorder) -> Result<(), RecordError> {
+    /// Returns the message of an event, if it has one.
+    pub fn event(&mut self, event: &Event<'_>) -> Option<Message> {
         match event {
             Event::Frame(frame) => self.frame(frame.place.id, frame.place.stream_offset),
             Event::Damaged(damaged) => self.frame(damaged.place.id, damaged.place.stream_offset),
             Event::Transaction { transaction, meaning } => {
                 self.start = columns::began(transaction);
                 self.remember_quantities(transaction, meaning);
-                let message = self.transaction(transaction, meaning);
-                recorder.write_message(self.transactions, self.start, &message)?;
+                let payload = self.transaction(transaction, meaning).encode_to_vec();
+                return Some(self.message("transactions", "rtutap.Transaction", payload));
             }
-            Event::Reading { reading, address, .. } => self.reading(*address, reading, recorder)?,
+            Event::Reading { reading, address, .. } => return Some(self.reading(*address, reading)),
             Event::Lost(_) | Event::Identified { .. } => {}
         }
-        Ok(())
+        None
     }
 
-    /// Writes a finding: `code` is its rule, `cause` when what it is about was on the wire.
-    ///
-    /// # Errors
-    /// When the recording cannot be written.
-    pub fn finding(
-        &mut self,
-        level: Level,
-        code: &str,
-        message: &str,
-        cause: Option<Timestamp>,
-        recorder: &mut Recorder,
-    ) -> Result<(), RecordError> {
-        let channel = recorder.channel(&format!("/{}/findings", self.bus), Schema::Log, BTreeMap::new());
+    fn message(&self, topic: &str, schema: &'static str, payload: Vec<u8>) -> Message {
+        let topic = format!("/{}/{topic}", self.bus);
+        let (metadata, time) = (BTreeMap::new(), self.start);
+        Message { topic, schema, descriptors: schema::DECODED, metadata, time, payload }
+    }
+
+    /// Returns the message of a finding: `code` is its rule, `cause` when what it is about was on the wire.
+    pub fn finding(&self, level: Level, code: &str, message: &str, cause: Option<Timestamp>) -> Message {
         let timestamp = cause.map(|time| Seconds {
             seconds: time.as_ns().div_euclid(SECOND),
             nanos: time.as_ns().rem_euclid(SECOND) as i32, // below 10^9
         });
         let log = Log { timestamp, level: level as i32, message: message.to_owned(), name: code.to_owned() };
-        recorder.write_message(channel, cause, &log)
+        Message {
+            descriptors: schema::FOXGLOVE_LOG,
+            time: cause,
+            ..self.message("findings", "foxglove.Log", log.encode_to_vec())
+        }
     }
 
     fn frame(&mut self, id: u64, stream_offset: u64) {
@@ -125,27 +133,17 @@ impl Messages {
         }
     }
 
-    fn reading(
-        &mut self,
-        address: u8,
-        reading: &Reading<'_>,
-        recorder: &mut Recorder,
-    ) -> Result<(), RecordError> {
-        let bus = &self.bus;
-        let key = (address, reading.quantity.to_owned());
-        let channel = *self.sensors.entry(key).or_insert_with(|| {
-            let topic = format!("/{bus}/sensor/{address}/{}", reading.quantity);
-            let unit = ("unit".to_owned(), reading.unit.unwrap_or_default().to_owned());
-            let metadata = BTreeMap::from([unit, ("address".to_owned(), address.to_string())]);
-            recorder.channel(&topic, Schema::Reading, metadata)
-        });
+    fn reading(&self, address: u8, reading: &Reading<'_>) -> Message {
         let measured = self.quantities.iter().find(|(name, _)| name == reading.quantity && !reading.derived);
         let message = schema::Reading {
             value: reading.value.as_f64().unwrap_or(f64::NAN),
             raw: measured.map(|(_, bytes)| bytes.clone()).unwrap_or_default(),
             derived: reading.derived,
         };
-        recorder.write_message(channel, self.start, &message)
+        let topic = format!("sensor/{address}/{}", reading.quantity);
+        let unit = ("unit".to_owned(), reading.unit.unwrap_or_default().to_owned());
+        let metadata = BTreeMap::from([unit, ("address".to_owned(), address.to_string())]);
+        Message { metadata, ..self.message(&topic, "rtutap.Reading", message.encode_to_vec()) }
     }
 }
 
