@@ -84,7 +84,9 @@ pub enum InputError {
     #[error("cannot read '{0}': it is a directory")]
     Directory(String),
     /// It is an MCAP file of something else; with its topics and their schemas.
-    #[error("'{name}' is an MCAP file, but no recording of a bus: it has no channel /<bus>/raw of rtutap.RawChunk")]
+    #[error(
+        "'{name}' is an MCAP file, but no recording of a bus: it has no channel /<bus>/raw of rtutap.RawChunk"
+    )]
     Foreign {
         /// The input's name.
         name: String,
@@ -212,7 +214,8 @@ impl Input {
     /// Returns the error that a file holds something else, if that is known.
     fn foreign(&self) -> Option<InputError> {
         let topics = self.recording()?.foreign_topics()?;
-        let mut has: Vec<String> = topics.iter().map(|(topic, schema)| format!("{topic} ({schema})")).collect();
+        let mut has: Vec<String> =
+            topics.iter().map(|(topic, schema)| format!("{topic} ({schema})")).collect();
         has.sort();
         has.truncate(5);
         let more = topics.len().saturating_sub(has.len());

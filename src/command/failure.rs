@@ -51,7 +51,10 @@ impl From<RecordError> for Failure {
     fn from(error: RecordError) -> Self {
         match error.error.kind() {
             io::ErrorKind::AlreadyExists => Failure::hinted(
-                format!("cannot write '{}': an unfinished recording of that name is there", error.path.display()),
+                format!(
+                    "cannot write '{}': an unfinished recording of that name is there",
+                    error.path.display()
+                ),
                 "'rtutap recover' makes it whole; or remove it, or choose another name",
             ),
             _ => Failure::writing(error.path.display(), &error.error),

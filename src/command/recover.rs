@@ -18,7 +18,10 @@ pub(super) fn run(args: &cli::Recover) -> Result<(), Failure> {
     #[expect(clippy::disallowed_methods, reason = "recordings are files")]
     let file = File::open(&args.input);
     let file = file.map_err(|error| {
-        Failure::hinted(format!("cannot read '{input}': {error}"), "check the path; a file is needed, not a pipe")
+        Failure::hinted(
+            format!("cannot read '{input}': {error}"),
+            "check the path; a file is needed, not a pipe",
+        )
     })?;
     if !file.metadata().is_ok_and(|metadata| metadata.is_file()) {
         let hint = "write what comes from elsewhere to a file first";

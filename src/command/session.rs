@@ -107,10 +107,8 @@ impl<'a> Session<'a> {
         let bus = match *item {
             Item::Line { bus, line, adapter_hold_ns } => {
                 let name = bus.to_owned();
-                return self.begin(
-                    BusSettings { name, line, adapter_hold_ns, ..BusSettings::default() },
-                    sink,
-                );
+                return self
+                    .begin(BusSettings { name, line, adapter_hold_ns, ..BusSettings::default() }, sink);
             }
             Item::Chunk { bus, .. } | Item::Lost { bus, .. } => bus,
         };

@@ -94,10 +94,7 @@ fn write_heading(out: &mut Vec<u8>, config: &Config) {
 /// Returns the arguments that give the same simulation again.
 fn arguments(config: &Config) -> String {
     let Config { seed, frames, line, adapter, scenario } = config;
-    format!(
-        "--scenario {} --adapter {adapter} --seed {seed} --frames {frames} --line {line}",
-        scenario.name
-    )
+    format!("--scenario {} --adapter {adapter} --seed {seed} --frames {frames} --line {line}", scenario.name)
 }
 
 fn write_truth(simulation: &mut Simulation, truth: Option<&mut Output>) -> Result<(), Failure> {

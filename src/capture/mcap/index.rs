@@ -41,9 +41,8 @@ impl Index {
             file.seek(SeekFrom::Start(0))?;
             return Ok(None);
         }
-        let options = SummaryReaderOptions::default()
-            .with_file_size(size)
-            .with_record_length_limit(LONGEST as usize); // 64 MiB
+        let options =
+            SummaryReaderOptions::default().with_file_size(size).with_record_length_limit(LONGEST as usize); // 64 MiB
         let mut reader = SummaryReader::new_with_options(options);
         let is_read = loop {
             match reader.next_event() {

@@ -134,7 +134,9 @@ mod tests {
 
     #[test]
     fn settings_that_are_none_are_refused() {
-        for (baud, data_bits, parity, stop) in [(0, 8, "none", "1"), (9600, 9, "none", "1"), (9600, 8, "", "1")] {
+        for (baud, data_bits, parity, stop) in
+            [(0, 8, "none", "1"), (9600, 9, "none", "1"), (9600, 8, "", "1")]
+        {
             let line = Line {
                 baud,
                 data_bits,

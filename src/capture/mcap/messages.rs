@@ -200,8 +200,7 @@ impl<R: Read> Messages<R> {
             }
             Found::End { offset, rest } => {
                 let had_messages = rest.first() == Some(&op::CHUNK) || rest.first() == Some(&op::MESSAGE);
-                let damage =
-                    Damage { offset, length: rest.len() as u64, cause: Cause::Cut, had_messages };
+                let damage = Damage { offset, length: rest.len() as u64, cause: Cause::Cut, had_messages };
                 let cut = (!rest.is_empty()).then_some(damage);
                 return Ok(Some(Step::Content(Content::End(cut))));
             }

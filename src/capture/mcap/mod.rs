@@ -44,6 +44,3 @@ const FORMAT_VERSION: &str = "1";
 const SESSION_METADATA: &str = "rtutap.session";
 /// What the last metadata record is called; a file without it was not closed.
 const END_METADATA: &str = "rtutap.end";
-
-#[cfg(test)]
-mod tests;

@@ -59,7 +59,11 @@ impl Part {
         let temporary = PathBuf::from(name);
         let mut options = OpenOptions::new();
         options.write(true);
-        if is_careful { options.create_new(true) } else { options.create(true).truncate(true) };
+        if is_careful {
+            options.create_new(true)
+        } else {
+            options.create(true).truncate(true)
+        };
         let file = options.open(&temporary)?;
         let written = Arc::new(AtomicU64::new(0));
         let counted = Counted { inner: BufWriter::new(file.try_clone()?), written: Arc::clone(&written) };

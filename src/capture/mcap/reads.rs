@@ -45,9 +45,10 @@ impl Reads {
     pub(super) fn is_any(raw: &RawChunk) -> bool {
         let is_mark = |kind: ErrorKind, count| kind != ErrorKind::Overrun || count == 0;
         !raw.data.is_empty()
-            || raw.errors.iter().any(|error| {
-                kind(error.kind()).is_some() && is_mark(error.kind(), error.count)
-            })
+            || raw
+                .errors
+                .iter()
+                .any(|error| kind(error.kind()).is_some() && is_mark(error.kind(), error.count))
     }
 
     /// Tells whether more reads are in the message.

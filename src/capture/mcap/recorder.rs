@@ -256,11 +256,8 @@ impl Recorder {
         self.totals.lost = self.totals.lost.saturating_add(lost.count);
         if lost.kind != LostKind::Disk {
             let kind = if lost.kind == LostKind::Overrun { ErrorKind::Overrun } else { ErrorKind::Lost };
-            let error = LineError {
-                offset: 0,
-                kind: kind as i32,
-                count: u32::try_from(count).unwrap_or(u32::MAX),
-            };
+            let error =
+                LineError { offset: 0, kind: kind as i32, count: u32::try_from(count).unwrap_or(u32::MAX) };
             let raw = RawChunk {
                 stream_offset: self.buses[bus.0].offset,
                 monotonic_ns: anchor.monotonic_ns(time),
@@ -446,7 +443,13 @@ impl Recorder {
     }
 
     /// Writes a message to its channel, and begins a new part when it is time.
-    fn emit(&mut self, channel: ChannelId, log: u64, publish: u64, payload: &[u8]) -> Result<(), RecordError> {
+    fn emit(
+        &mut self,
+        channel: ChannelId,
+        log: u64,
+        publish: u64,
+        payload: &[u8],
+    ) -> Result<(), RecordError> {
         let ChannelState { topic, schema, metadata, id, sequence } = &mut self.channels[channel.0];
         let Some(part) = &mut self.part else {
             // The disk failed; until there is a new part everything is lost, and counted.

@@ -341,7 +341,10 @@ mod tests {
                 let mut bytes = whole.clone();
                 bytes[at] ^= 1 << bit;
                 let list = found(&bytes);
-                assert_eq!(list[list.len() - 4..].iter().map(|(_, length)| length).sum::<u64>(), 655 + 31 + 8);
+                assert_eq!(
+                    list[list.len() - 4..].iter().map(|(_, length)| length).sum::<u64>(),
+                    655 + 31 + 8
+                );
                 let sum: u64 = list.iter().map(|(_, length)| length).sum();
                 assert_eq!(sum, whole.len() as u64, "byte {at}, bit {bit}");
             }

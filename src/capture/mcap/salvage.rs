@@ -62,7 +62,14 @@ pub fn recover(mut file: File, output: &Path) -> Result<Recovered, RecoverError>
     }
     let part = Part::create(output, SUFFIX, false).map_err(RecoverError::Write)?;
     let temporary = part.temporary().to_owned();
-    let copy = Copy { part, state, channels: BTreeMap::new(), sequences: BTreeMap::new(), messages: 0, has_clock: false };
+    let copy = Copy {
+        part,
+        state,
+        channels: BTreeMap::new(),
+        sequences: BTreeMap::new(),
+        messages: 0,
+        has_clock: false,
+    };
     let result = copy.run(messages);
     if result.is_err() {
         // What is left of it is of no use; that it cannot be removed changes nothing.
@@ -149,9 +156,8 @@ impl Copy {
             Some(known) => *known,
             None => {
                 let schema = schemas.get(&channel.schema_id);
-                let schema = schema.map_or(("", "", &[][..]), |schema| {
-                    (&*schema.name, &*schema.encoding, &*schema.data)
-                });
+                let schema = schema
+                    .map_or(("", "", &[][..]), |schema| (&*schema.name, &*schema.encoding, &*schema.data));
                 let encoding = &channel.message_encoding;
                 self.part.channel(&channel.topic, schema, encoding, &channel.metadata)?
             }

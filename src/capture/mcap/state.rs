@@ -7,8 +7,8 @@ use prost::Message;
 
 use super::line::{BusSettings, LINE_METADATA};
 use super::messages::{Cause, Damage, SchemaRecord};
-use super::recording::{Facts, Session, missing};
 use super::reads::Reads;
+use super::recording::{Facts, Session, missing};
 use super::schema::{Clock, ErrorKind, Line, RawChunk, Schema};
 use super::time::Anchor;
 use super::unpack::MessageHead;
@@ -241,7 +241,8 @@ impl State {
         let damaged = std::mem::take(&mut self.is_damaged_since);
         let is_first_part = self.facts.session.as_ref().is_none_or(|session| session.part_index <= 1);
         let bus = &mut self.buses[index];
-        let begins_at = if damaged && is_first_part && self.selection.is_none() { 0 } else { self.raw.stream_offset };
+        let begins_at =
+            if damaged && is_first_part && self.selection.is_none() { 0 } else { self.raw.stream_offset };
         let expected = bus.expected.unwrap_or(begins_at);
         self.reads.begin(&self.raw, anchor);
         if let Some(count) = self.raw.stream_offset.checked_sub(expected).filter(|count| *count > 0) {
@@ -301,7 +302,8 @@ impl State {
 
     /// Tells whether items are there without reading on.
     pub(super) fn has_items(&self) -> bool {
-        !self.queue.is_empty() || (matches!(self.current, Some(Ready::Chunk(_))) && self.reads.has_more(&self.raw))
+        !self.queue.is_empty()
+            || (matches!(self.current, Some(Ready::Chunk(_))) && self.reads.has_more(&self.raw))
     }
 
     /// Goes on to the next item; tells whether there is one.
@@ -325,10 +327,15 @@ impl State {
                 Item::Line { bus: &bus.name, line: settings.line, adapter_hold_ns: settings.adapter_hold_ns }
             }
             Some(Ready::Lost(bus, lost)) => Item::Lost { bus: &self.buses[*bus].name, lost: *lost },
-            Some(Ready::Chunk(bus)) => {
-                Item::Chunk { bus: &self.buses[*bus].name, chunk: self.reads.chunk(&self.raw), ready: self.reads.ready() }
-            }
-            None => Item::Lost { bus: "", lost: Lost { time: None, stream_offset: 0, kind: LostKind::Disk, count: 0 } },
+            Some(Ready::Chunk(bus)) => Item::Chunk {
+                bus: &self.buses[*bus].name,
+                chunk: self.reads.chunk(&self.raw),
+                ready: self.reads.ready(),
+            },
+            None => Item::Lost {
+                bus: "",
+                lost: Lost { time: None, stream_offset: 0, kind: LostKind::Disk, count: 0 },
+            },
         }
     }
 }

@@ -2,7 +2,6 @@
 
 use std::io::Read;
 
-
 use super::records::{HEAD, LONGEST};
 
 /// Says why a chunk cannot be read.
@@ -99,7 +98,7 @@ pub(super) const MESSAGE_HEAD: usize = 22;
 pub(super) fn message(body: &[u8]) -> Option<(MessageHead, &[u8])> {
     let (head, payload) = body.split_at_checked(MESSAGE_HEAD)?;
     let head = MessageHead {
-        channel: number(head, 0, 2)? as u16, // two bytes
+        channel: number(head, 0, 2)? as u16,  // two bytes
         sequence: number(head, 2, 4)? as u32, // four bytes
         log_time: number(head, 6, 8)?,
         publish_time: number(head, 14, 8)?,

@@ -6,8 +6,8 @@ use std::collections::{BTreeMap, VecDeque};
 
 use prost::Message as _;
 
-use self::schema::{Log, Seconds};
 pub use self::schema::Level;
+use self::schema::{Log, Seconds};
 use crate::decode::transaction::{Outcome, Transaction};
 use crate::device::{Meaning, Reading};
 use crate::pipeline::Event;

@@ -67,6 +67,6 @@ fn messages_are_encoded_as_their_descriptors_say() {
     };
     assert_eq!(
         read("foxglove.Log", FOXGLOVE_LOG, &log),
-        "timestamp:{seconds:1,nanos:2},level:ERROR,message:\"m\",name:\"D03\""
+        "timestamp{seconds:1,nanos:2},level:ERROR,message:\"m\",name:\"D03\""
     );
 }
