@@ -4,6 +4,8 @@
 
 mod support;
 
+#![allow(clippy::print_stdout)] // the figures are what the ignored test is for
+
 use rtutap::decode::chunk::ReadTime;
 use rtutap::line::LineSettings;
 use rtutap::pipeline::Event;
