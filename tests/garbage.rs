@@ -2,9 +2,9 @@
 //!
 //! `cargo test --release --test garbage -- --ignored --nocapture` runs the full megabytes and prints the figures.
 
-mod support;
-
 #![allow(clippy::print_stdout)] // the figures are what the ignored test is for
+
+mod support;
 
 use rtutap::decode::chunk::ReadTime;
 use rtutap::line::LineSettings;
