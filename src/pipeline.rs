@@ -306,20 +306,19 @@ impl Pipeline {
         if let Some(lost) = self.lost.take() {
             return Some(Event::Lost(lost));
         }
-        let current = loop {
-            if let Some(current) = self.current.take() {
-                break current;
-            }
-            match self.pairing.take() {
-                Some(Settled::Item(item, choice)) => return Some(self.item_event(item, choice)),
-                Some(Settled::Transaction(assembled)) => {
-                    self.current =
-                        Some(Current { assembled, id: self.next_transaction, stage: Stage::Observe });
-                    self.next_transaction += 1;
+        let current = match self.current.take() {
+            Some(current) => current,
+            None => loop {
+                match self.pairing.take() {
+                    Some(Settled::Item(item, choice)) => return Some(self.item_event(item, choice)),
+                    Some(Settled::Transaction(assembled)) => {
+                        self.next_transaction += 1;
+                        break Current { assembled, id: self.next_transaction - 1, stage: Stage::Observe };
+                    }
+                    None if self.pump_one() => {}
+                    None => return None,
                 }
-                None if self.pump_one() => {}
-                None => return None,
-            }
+            },
         };
         if let Stage::Reading { next, count } = current.stage {
             if next + 1 < count {

@@ -1,16 +1,19 @@
 //! From stamped bytes to frames and runs of junk, by length, CRC, the outstanding request and hold time.
 //!
-//! Gaps are not trusted: a USB adapter destroys them. [`lattice`] weighs all readings of the undecided bytes with
-//! the scores of [`score`]; [`fast`] answers for it where nothing is in doubt; [`experience`] is what the bus has
-//! taught so far. The last reading wins when the hold time passes in silence.
+//! Gaps are not trusted: a USB adapter destroys them. `lattice` weighs all readings of the undecided bytes, each
+//! frame by `weigh` with the figures of `score`; `fast` answers for it where nothing is in doubt, `polled` where
+//! the same request came before; `experience` is what the bus has taught so far. The best reading of all bytes is
+//! taken when the hold time passes in silence.
 
 mod experience;
 mod fast;
 mod lattice;
+mod node;
 mod outstanding;
 mod polled;
 mod reading;
 pub(in crate::decode) mod score;
+mod weigh;
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -26,10 +29,12 @@ use crate::time::{MILLISECOND, Timestamp};
 
 pub use experience::Experience;
 use fast::Glance;
-use lattice::{Context, FrameEdge, Handed, Kind, Lattice};
+use lattice::{Handed, Lattice};
+use node::{FrameEdge, Kind};
 pub use outstanding::{Fit, Outstanding};
 use polled::Polled;
 pub use reading::{Asked, Readings};
+use weigh::Context;
 
 /// Nanoseconds that an unfinished frame is held at least.
 const HOLD_NS: i64 = 120 * MILLISECOND;
@@ -81,8 +86,8 @@ pub struct Framer {
     pieces: VecDeque<Piece>,
     short_cut: bool,
     polled: Polled,
-    /// The last score turned into a confidence, and that: most frames of a bus score alike.
-    confidence: (f32, f32),
+    /// The last score of requests and of responses turned into a confidence, and that: most frames score alike.
+    confidence: [(f32, f32); 2],
 }
 
 macro_rules! context {
@@ -113,7 +118,7 @@ impl Framer {
             pieces: VecDeque::new(),
             short_cut: true,
             polled: Polled::new(),
-            confidence: (0.0, score::confidence(0.0)),
+            confidence: [(0.0, score::confidence(0.0)); 2],
         }
     }
 
@@ -351,15 +356,16 @@ impl Framer {
     }
 
     fn piece(&mut self, edge: FrameEdge, readings: Readings) -> Piece {
-        if self.confidence.0 != edge.score {
-            self.confidence = (edge.score, score::confidence(edge.score));
+        let last = &mut self.confidence[usize::from(matches!(edge.kind, Kind::Response(_)))];
+        if last.0 != edge.score {
+            *last = (edge.score, score::confidence(edge.score));
         }
         Piece::Frame {
             offset: edge.offset,
             length: edge.length,
             readings,
             boundary: edge.boundary,
-            confidence: self.confidence.1,
+            confidence: last.1,
         }
     }
 }
