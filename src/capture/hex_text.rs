@@ -10,6 +10,7 @@ use std::fmt;
 use std::io::{self, Read};
 
 use super::instant;
+use super::reader::{Failure, Forward, ReadChunks, TimesBack};
 use crate::decode::chunk::{Chunk, ReadTime};
 use crate::line::LineSettings;
 use crate::time::Timestamp;
@@ -67,21 +68,6 @@ impl fmt::Display for HexError {
     }
 }
 
-/// Says where times go back in an input.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct TimesBack {
-    /// The first such line, from 1.
-    pub line: u64,
-    /// How many lines there are.
-    pub count: u64,
-}
-
-/// Is what reading hex text can fail with.
-pub(super) enum Failed {
-    Io(io::Error),
-    Text(HexError),
-}
-
 /// Returns why the first 4 KiB of an input are no hex text; what is only cut off at their end is.
 pub(super) fn problem_in(prefix: &[u8]) -> Option<HexError> {
     let whole_lines = prefix.iter().filter(|&&c| c == b'\n').count() as u64;
@@ -90,8 +76,8 @@ pub(super) fn problem_in(prefix: &[u8]) -> Option<HexError> {
     loop {
         match text.advance() {
             Ok(true) => {}
-            Ok(false) | Err(Failed::Io(_)) => return None,
-            Err(Failed::Text(error)) => {
+            Ok(false) | Err(Failure::Io(_) | Failure::Malformed(_)) => return None,
+            Err(Failure::Hex(error)) => {
                 let cut = prefix.len() as u64 >= super::PREFIX
                     && error.line > whole_lines
                     && error.column >= last_line;
@@ -114,10 +100,8 @@ pub(super) struct HexText<R> {
     rest: Option<Rest>,
     bytes: Vec<u8>,
     time: ReadTime,
-    last: Timestamp,
-    back: Option<TimesBack>,
+    forward: Forward,
     settings: Option<LineSettings>,
-    ahead: bool,
     begun: bool,
 }
 
@@ -142,54 +126,10 @@ impl<R: Read> HexText<R> {
             rest: None,
             bytes: Vec::new(),
             time: ReadTime::Unknown,
-            last: Timestamp::MIN,
-            back: None,
+            forward: Forward::new("line"),
             settings: None,
-            ahead: false,
             begun: false,
         }
-    }
-
-    /// Reads the first line with bytes before it is asked for; tells whether there is one.
-    pub(super) fn read_ahead(&mut self) -> Result<bool, Failed> {
-        self.ahead = self.advance()?;
-        Ok(self.ahead)
-    }
-
-    /// Goes on to the next line with bytes; tells whether there is one.
-    pub(super) fn advance(&mut self) -> Result<bool, Failed> {
-        if std::mem::take(&mut self.ahead) {
-            return Ok(true);
-        }
-        self.bytes.clear();
-        while self.bytes.is_empty() {
-            let Some((length, is_whole)) = self.next_piece().map_err(Failed::Io)? else {
-                return Ok(false);
-            };
-            self.piece(length, is_whole).map_err(Failed::Text)?;
-        }
-        self.begun = true;
-        Ok(true)
-    }
-
-    pub(super) fn chunk(&self) -> Chunk<'_> {
-        Chunk { time: self.time, bytes: &self.bytes, line_errors: &[] }
-    }
-
-    pub(super) fn is_drained(&self) -> bool {
-        !self.ahead && !self.window[self.start..self.end].contains(&b'\n')
-    }
-
-    pub(super) fn position(&self) -> u64 {
-        self.position
-    }
-
-    pub(super) fn line(&self) -> Option<LineSettings> {
-        self.settings
-    }
-
-    pub(super) fn times_back(&self) -> Option<TimesBack> {
-        self.back
     }
 
     /// Finds the next line, or as much of it as the window holds: its length, and whether it ends there.
@@ -255,7 +195,7 @@ impl<R: Read> HexText<R> {
         }
         let read = at + body.read;
         if let (ReadTime::At(time), true, 0) = (self.time, !self.bytes.is_empty(), state.column) {
-            self.time = ReadTime::At(self.forward(time));
+            self.time = ReadTime::At(self.forward.forward(time, self.line_number));
         }
         if is_whole {
             let newline = usize::from(self.start + length < self.end);
@@ -269,15 +209,40 @@ impl<R: Read> HexText<R> {
         }
         Ok(())
     }
+}
 
-    /// Returns the time, or the one before where it goes back.
-    fn forward(&mut self, time: Timestamp) -> Timestamp {
-        if time < self.last {
-            let back = self.back.get_or_insert(TimesBack { line: self.line_number, count: 0 });
-            back.count += 1;
+impl<R: Read> ReadChunks for HexText<R> {
+    /// Goes on to the next line with bytes.
+    fn advance(&mut self) -> Result<bool, Failure> {
+        self.bytes.clear();
+        while self.bytes.is_empty() {
+            let Some((length, is_whole)) = self.next_piece()? else {
+                return Ok(false);
+            };
+            self.piece(length, is_whole).map_err(Failure::Hex)?;
         }
-        self.last = self.last.max(time);
-        self.last
+        self.begun = true;
+        Ok(true)
+    }
+
+    fn chunk(&self) -> Chunk<'_> {
+        Chunk { time: self.time, bytes: &self.bytes, line_errors: &[] }
+    }
+
+    fn is_drained(&self) -> bool {
+        !self.window[self.start..self.end].contains(&b'\n')
+    }
+
+    fn position(&self) -> u64 {
+        self.position
+    }
+
+    fn line(&self) -> Option<LineSettings> {
+        self.settings
+    }
+
+    fn times_back(&self) -> Option<TimesBack> {
+        self.forward.times_back()
     }
 }
 
