@@ -269,6 +269,8 @@ pub enum InputKind {
     Hex,
     /// Raw bytes
     Raw,
+    /// Packets: pcapng or pcap, link type 147 or 250
+    Pcap,
 }
 
 impl From<InputKind> for InputFormat {
@@ -276,6 +278,7 @@ impl From<InputKind> for InputFormat {
         match kind {
             InputKind::Hex => InputFormat::Hex,
             InputKind::Raw => InputFormat::Raw,
+            InputKind::Pcap => InputFormat::Pcap,
         }
     }
 }

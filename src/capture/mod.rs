@@ -4,8 +4,10 @@
 
 mod hex_text;
 mod instant;
+mod pcap;
 mod raw;
 mod reader;
+mod rtac;
 
 use std::fs::File;
 use std::io::{self, Cursor, Read};
@@ -17,6 +19,7 @@ use crate::decode::chunk::Chunk;
 use crate::line::LineSettings;
 pub use hex_text::HexError;
 use hex_text::HexText;
+use pcap::Pcap;
 use raw::Raw;
 use reader::{Failure, ReadChunks};
 pub use reader::{Malformed, TimesBack};
@@ -33,6 +36,8 @@ pub enum InputFormat {
     Hex,
     /// The bytes themselves, without times.
     Raw,
+    /// pcapng or pcap: a packet a read.
+    Pcap,
 }
 
 /// Says why an input could not be read; `hint` says what to do about it.
@@ -141,12 +146,13 @@ impl Input {
                 if prefix.starts_with(MCAP_MAGIC) {
                     return Err(InputError::Mcap(name));
                 }
-                let format = match hex_text::problem_in(&prefix) {
-                    None => InputFormat::Hex,
-                    Some(error) => {
-                        misread = is_text(&prefix).then_some(error);
-                        InputFormat::Raw
-                    }
+                let format = if pcap::is_pcap(&prefix) {
+                    InputFormat::Pcap
+                } else if let Some(error) = hex_text::problem_in(&prefix) {
+                    misread = is_text(&prefix).then_some(error);
+                    InputFormat::Raw
+                } else {
+                    InputFormat::Hex
                 };
                 (Box::new(Cursor::new(prefix).chain(source)) as Box<dyn Read>, format)
             }
@@ -154,6 +160,7 @@ impl Input {
         let reader: Box<dyn ReadChunks> = match format {
             InputFormat::Hex => Box::new(HexText::new(source)),
             InputFormat::Raw => Box::new(Raw::new(source)),
+            InputFormat::Pcap => Box::new(Pcap::new(source)),
         };
         let mut input = Input { name, size, format, reader, ahead: false, misread };
         // The first chunk is read ahead: an empty input is an error, and line settings stand before it.
