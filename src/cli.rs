@@ -271,6 +271,8 @@ pub enum InputKind {
     Raw,
     /// Packets: pcapng or pcap, link type 147 or 250
     Pcap,
+    /// A table of bytes with their times: CSV as Saleae Logic and DSView export it
+    Table,
 }
 
 impl From<InputKind> for InputFormat {
@@ -279,6 +281,7 @@ impl From<InputKind> for InputFormat {
             InputKind::Hex => InputFormat::Hex,
             InputKind::Raw => InputFormat::Raw,
             InputKind::Pcap => InputFormat::Pcap,
+            InputKind::Table => InputFormat::Table,
         }
     }
 }

@@ -7,10 +7,11 @@
 //! ```
 
 use std::fmt;
-use std::io::{self, Read};
+use std::io::Read;
 
 use super::instant;
 use super::reader::{Failure, Forward, ReadChunks, TimesBack};
+use super::window::Window;
 use crate::decode::chunk::{Chunk, ReadTime};
 use crate::line::LineSettings;
 use crate::time::Timestamp;
@@ -89,13 +90,7 @@ pub(super) fn problem_in(prefix: &[u8]) -> Option<HexError> {
 
 /// Reads hex text, a line at a time.
 pub(super) struct HexText<R> {
-    source: R,
-    window: Box<[u8]>,
-    /// What is left of the window.
-    start: usize,
-    end: usize,
-    at_end: bool,
-    position: u64,
+    window: Window<R>,
     line_number: u64,
     rest: Option<Rest>,
     bytes: Vec<u8>,
@@ -116,12 +111,7 @@ struct Rest {
 impl<R: Read> HexText<R> {
     pub(super) fn new(source: R) -> Self {
         HexText {
-            source,
-            window: vec![0; WINDOW].into_boxed_slice(),
-            start: 0,
-            end: 0,
-            at_end: false,
-            position: 0,
+            window: Window::new(source, WINDOW),
             line_number: 0,
             rest: None,
             bytes: Vec::new(),
@@ -132,48 +122,9 @@ impl<R: Read> HexText<R> {
         }
     }
 
-    /// Finds the next line, or as much of it as the window holds: its length, and whether it ends there.
-    fn next_piece(&mut self) -> io::Result<Option<(usize, bool)>> {
-        let mut searched = 0;
-        loop {
-            let held = &self.window[self.start..self.end];
-            if let Some(length) = held[searched..].iter().position(|&c| c == b'\n') {
-                return Ok(Some((searched + length, true)));
-            }
-            searched = held.len();
-            if self.at_end {
-                // What ends the file ends the line, and a line begun before has to be ended once.
-                return Ok((searched > 0 || self.rest.is_some()).then_some((searched, true)));
-            }
-            if self.start == 0 && self.end == WINDOW {
-                return Ok(Some((searched, false)));
-            }
-            self.fill()?;
-        }
-    }
-
-    fn fill(&mut self) -> io::Result<()> {
-        self.window.copy_within(self.start..self.end, 0);
-        self.end -= self.start;
-        self.start = 0;
-        let read = loop {
-            match self.source.read(&mut self.window[self.end..]) {
-                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-                other => break other?,
-            }
-        };
-        if self.position == 0 && self.window[..self.end + read].starts_with(b"\xef\xbb\xbf") {
-            self.start = 3; // a byte order mark, as some editors write
-        }
-        self.at_end = read == 0;
-        self.position += read as u64;
-        self.end += read;
-        Ok(())
-    }
-
     /// Reads a line or a piece of one into `bytes` and `time`.
     fn piece(&mut self, length: usize, is_whole: bool) -> Result<(), HexError> {
-        let text = &self.window[self.start..self.start + length];
+        let text = &self.window.data()[..length];
         let text = if is_whole { text.strip_suffix(b"\r").unwrap_or(text) } else { text };
         let mut state = self.rest.take().unwrap_or_default();
         let mut at = 0;
@@ -198,14 +149,13 @@ impl<R: Read> HexText<R> {
             self.time = ReadTime::At(self.forward.forward(time, self.line_number));
         }
         if is_whole {
-            let newline = usize::from(self.start + length < self.end);
-            self.start += length + newline;
+            self.window.consume(length + 1);
         } else {
             state.column += read as u64;
             state.comment = body.comment_at.is_some();
             state.prefix = body.prefix;
             self.rest = Some(state);
-            self.start += read;
+            self.window.consume(read);
         }
         Ok(())
     }
@@ -216,8 +166,10 @@ impl<R: Read> ReadChunks for HexText<R> {
     fn advance(&mut self) -> Result<bool, Failure> {
         self.bytes.clear();
         while self.bytes.is_empty() {
-            let Some((length, is_whole)) = self.next_piece()? else {
-                return Ok(false);
+            let (length, is_whole) = match self.window.line()? {
+                Some(piece) => piece,
+                None if self.rest.is_some() => (0, true), // a line begun before has to be ended once
+                None => return Ok(false),
             };
             self.piece(length, is_whole).map_err(Failure::Hex)?;
         }
@@ -230,11 +182,11 @@ impl<R: Read> ReadChunks for HexText<R> {
     }
 
     fn is_drained(&self) -> bool {
-        !self.window[self.start..self.end].contains(&b'\n')
+        self.window.awaits_line()
     }
 
     fn position(&self) -> u64 {
-        self.position
+        self.window.position()
     }
 
     fn line(&self) -> Option<LineSettings> {

@@ -8,6 +8,8 @@ mod pcap;
 mod raw;
 mod reader;
 mod rtac;
+mod table;
+mod window;
 
 use std::fs::File;
 use std::io::{self, Cursor, Read};
@@ -23,6 +25,7 @@ use pcap::Pcap;
 use raw::Raw;
 use reader::{Failure, ReadChunks};
 pub use reader::{Malformed, TimesBack};
+use table::Table;
 
 /// The first bytes of every MCAP file (MCAP specification, "Magic").
 const MCAP_MAGIC: &[u8] = b"\x89MCAP0\r\n";
@@ -38,6 +41,8 @@ pub enum InputFormat {
     Raw,
     /// pcapng or pcap: a packet a read.
     Pcap,
+    /// A table of bytes with their times, as logic analysers export it.
+    Table,
 }
 
 /// Says why an input could not be read; `hint` says what to do about it.
@@ -148,6 +153,8 @@ impl Input {
                 }
                 let format = if pcap::is_pcap(&prefix) {
                     InputFormat::Pcap
+                } else if table::is_table(&prefix) {
+                    InputFormat::Table
                 } else if let Some(error) = hex_text::problem_in(&prefix) {
                     misread = is_text(&prefix).then_some(error);
                     InputFormat::Raw
@@ -161,6 +168,7 @@ impl Input {
             InputFormat::Hex => Box::new(HexText::new(source)),
             InputFormat::Raw => Box::new(Raw::new(source)),
             InputFormat::Pcap => Box::new(Pcap::new(source)),
+            InputFormat::Table => Box::new(Table::new(source)),
         };
         let mut input = Input { name, size, format, reader, ahead: false, misread };
         // The first chunk is read ahead: an empty input is an error, and line settings stand before it.

@@ -7,12 +7,13 @@ use std::io::Read;
 
 use pcap_parser::nom;
 use pcap_parser::pcapng::{EnhancedPacketBlock, InterfaceDescriptionBlock, SimplePacketBlock};
-use pcap_parser::traits::{PcapNGBlock, PcapNGPacketBlock};
+use pcap_parser::traits::PcapNGPacketBlock;
 use pcap_parser::{Block, LegacyPcapBlock, PcapHeader};
 
 use super::instant::OUT_OF_RANGE;
 use super::reader::{Failure, Forward, Malformed, ReadChunks, TimesBack};
 use super::rtac;
+use super::window::Window;
 use crate::decode::chunk::{Chunk, LineError, LineErrorKind, ReadTime};
 use crate::time::{SECOND, Timestamp};
 
@@ -44,14 +45,7 @@ pub(super) fn is_pcap(prefix: &[u8]) -> bool {
 
 /// Reads pcapng or pcap, a packet at a time.
 pub(super) struct Pcap<R> {
-    source: R,
-    window: Box<[u8]>,
-    /// What is left of the window.
-    start: usize,
-    end: usize,
-    at_end: bool,
-    /// How much has been read, in bytes.
-    position: u64,
+    window: Window<R>,
     format: Format,
     bus: Bus,
 }
@@ -65,32 +59,23 @@ enum Format {
 
 impl<R: Read> Pcap<R> {
     pub(super) fn new(source: R) -> Self {
-        Pcap {
-            source,
-            window: vec![0; WINDOW].into_boxed_slice(),
-            start: 0,
-            end: 0,
-            at_end: false,
-            position: 0,
-            format: Format::NotSeen,
-            bus: Bus::new(),
-        }
+        Pcap { window: Window::new(source, WINDOW), format: Format::NotSeen, bus: Bus::new() }
     }
 
     /// Reads a block; tells whether there was one.
     fn block(&mut self) -> Result<bool, Failure> {
         loop {
-            let data = &self.window[self.start..self.end];
-            if data.is_empty() && self.at_end {
+            let data = self.window.data();
+            if data.is_empty() && self.window.is_at_end() {
                 return Ok(false);
             }
-            let offset = self.position - data.len() as u64;
+            let offset = self.window.offset();
             let malformed = |problem: String, hint| {
                 Failure::Malformed(Malformed { place: format!("byte {offset}"), problem, hint })
             };
             match parse(&self.format, data) {
                 Ok((rest, item)) => {
-                    self.start += data.len() - rest.len();
+                    let length = data.len() - rest.len();
                     match item {
                         Item::Header(header) => self.format = Format::Legacy(header),
                         Item::Block(Block::SectionHeader(section)) => {
@@ -101,37 +86,22 @@ impl<R: Read> Pcap<R> {
                             malformed(format!("packet {}: {problem}", self.bus.packet), hint)
                         })?,
                     }
+                    self.window.consume(length);
                     return Ok(true);
                 }
-                Err(nom::Err::Incomplete(_)) if self.at_end => {
+                Err(nom::Err::Incomplete(_)) if self.window.is_at_end() => {
                     return Err(malformed("the file ends within a block".into(), CUT));
                 }
-                Err(nom::Err::Incomplete(_)) if data.len() == WINDOW => {
+                Err(nom::Err::Incomplete(_)) if self.window.is_full() => {
                     return Err(malformed("a block of more than a MiB".into(), CHECK));
                 }
-                Err(nom::Err::Incomplete(_)) => self.fill()?,
+                Err(nom::Err::Incomplete(_)) => self.window.fill()?,
                 Err(_) if matches!(self.format, Format::NotSeen) => {
                     return Err(malformed("neither pcapng nor pcap begins like this".into(), CHECK));
                 }
                 Err(_) => return Err(malformed("a block that is none".into(), CHECK)),
             }
         }
-    }
-
-    fn fill(&mut self) -> Result<(), Failure> {
-        self.window.copy_within(self.start..self.end, 0);
-        self.end -= self.start;
-        self.start = 0;
-        let read = loop {
-            match self.source.read(&mut self.window[self.end..]) {
-                Err(error) if error.kind() == std::io::ErrorKind::Interrupted => {}
-                other => break other?,
-            }
-        };
-        self.at_end = read == 0;
-        self.position += read as u64;
-        self.end += read;
-        Ok(())
     }
 }
 
@@ -152,11 +122,11 @@ impl<R: Read> ReadChunks for Pcap<R> {
     }
 
     fn position(&self) -> u64 {
-        self.position
+        self.window.position()
     }
 
     fn is_drained(&self) -> bool {
-        self.start == self.end
+        self.window.data().is_empty()
     }
 
     fn times_back(&self) -> Option<TimesBack> {
