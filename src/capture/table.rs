@@ -45,6 +45,8 @@ pub(super) struct Table<R> {
     byte: Byte,
     /// The byte after it: what comes between may be about the one before.
     ahead: Option<Byte>,
+    /// What went wrong after it.
+    failure: Option<Failure>,
 }
 
 /// Is a byte of the table.
@@ -77,6 +79,7 @@ impl<R: Read> Table<R> {
             character_ns: LineSettings::default().character_ns(),
             byte: Byte::default(),
             ahead: None,
+            failure: None,
         }
     }
 
@@ -202,6 +205,9 @@ fn time<'a>(row: &Row<'a>, origin: &mut Option<i64>) -> Result<(Timestamp, bool)
 impl<R: Read> ReadChunks for Table<R> {
     /// Goes on to the next byte.
     fn advance(&mut self) -> Result<bool, Failure> {
+        if let Some(failure) = self.failure.take() {
+            return Err(failure);
+        }
         loop {
             match self.row() {
                 Ok(None) => {
@@ -221,7 +227,14 @@ impl<R: Read> ReadChunks for Table<R> {
                         return Ok(true);
                     }
                 }
-                Err(failure) => return Err(failure),
+                Err(failure) => match self.ahead.take() {
+                    Some(byte) => {
+                        self.failure = Some(failure);
+                        self.byte = byte;
+                        return Ok(true);
+                    }
+                    None => return Err(failure),
+                },
             }
         }
     }
