@@ -30,7 +30,11 @@ const CELL: &str = "export bytes as hexadecimal, such as 0x4F; times in seconds,
 /// Tells whether an input begins with the header of a table.
 pub(super) fn is_table(prefix: &[u8]) -> bool {
     let mut table = Table::new(prefix);
-    matches!(table.row(), Ok(Some(_))) && table.columns.is_some()
+    while table.columns.is_none() {
+        // Only comments and empty lines may stand before the header.
+        let Ok(Some(_)) = table.row() else { return false };
+    }
+    true
 }
 
 /// Reads a table, a byte at a time.

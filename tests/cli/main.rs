@@ -1,6 +1,8 @@
 //! The program as its users meet it: run as a process.
 
+mod config;
 mod golden;
+mod imports;
 mod input;
 mod rows;
 
@@ -9,7 +11,12 @@ use assert_cmd::Command;
 /// Returns the program, with times of day and colours that do not depend on the machine.
 fn rtutap(args: &[&str]) -> Command {
     let mut command = assert_cmd::cargo::cargo_bin_cmd!("rtutap");
-    command.args(args).env("TZ", "UTC").env_remove("NO_COLOR").env_remove("CLICOLOR_FORCE");
+    command.args(args).env("TZ", "UTC").env("XDG_CONFIG_HOME", "nowhere");
+    for variable in
+        ["NO_COLOR", "CLICOLOR_FORCE", "RTUTAP_CONFIG", "RTUTAP_FORMAT", "RTUTAP_TIME", "RTUTAP_LINE"]
+    {
+        command.env_remove(variable);
+    }
     command
 }
 
