@@ -5,7 +5,12 @@
 mod hex_text;
 mod instant;
 pub mod mcap;
+mod pcap;
 mod raw;
+mod reader;
+mod rtac;
+mod table;
+mod window;
 
 use std::fs::File;
 use std::io::{self, Cursor, Read, Seek};
@@ -17,9 +22,13 @@ use self::mcap::{Facts, Recording};
 use crate::decode::chunk::{Chunk, Lost};
 use crate::line::LineSettings;
 use crate::time::Timestamp;
+pub use hex_text::HexError;
 use hex_text::HexText;
-pub use hex_text::{HexError, TimesBack};
+use pcap::Pcap;
 use raw::Raw;
+use reader::{Failure, ReadChunks};
+pub use reader::{Malformed, TimesBack};
+use table::Table;
 
 /// The first bytes of every MCAP file (MCAP specification, "Magic").
 const MCAP_MAGIC: &[u8] = b"\x89MCAP0\r\n";
@@ -35,6 +44,10 @@ pub enum InputFormat {
     Hex,
     /// The bytes themselves, without times.
     Raw,
+    /// pcapng or pcap: a packet a read.
+    Pcap,
+    /// A table of bytes with their times, as logic analysers export it.
+    Table,
     /// A recording in MCAP.
     Mcap,
 }
@@ -104,6 +117,14 @@ pub enum InputError {
         /// Where and what.
         error: HexError,
     },
+    /// It is an import with something in it that cannot be understood.
+    #[error("'{name}', {error}")]
+    Malformed {
+        /// The input's name.
+        name: String,
+        /// Where and what.
+        error: Malformed,
+    },
 }
 
 impl InputError {
@@ -119,22 +140,27 @@ impl InputError {
             InputError::Foreign { has, .. } => return format!("it has {has}"),
             InputError::Empty(_) => "check that the recording was written; comments and times alone are none",
             InputError::Hex { error, .. } => error.hint(),
+            InputError::Malformed { error, .. } => error.hint,
         }
         .to_owned()
     }
 }
 
+/// Is what reads an input.
 enum Reader {
-    Hex(HexText<Box<dyn Read>>),
-    Raw(Raw<Box<dyn Read>>),
+    /// A format that holds the bytes of one bus, and nothing else.
+    Plain(Box<dyn ReadChunks>),
     Mcap(Box<Recording>),
 }
 
-/// Reads one recording, a chunk at a time.
+/// Reads one recording, an item at a time.
 pub struct Input {
     name: String,
     size: Option<u64>,
+    format: InputFormat,
     reader: Reader,
+    /// Whether the next chunk has been read already.
+    ahead: bool,
     misread: Option<HexError>,
     /// Whether bytes of a bus were read.
     has_bytes: bool,
@@ -181,6 +207,10 @@ impl Input {
                 (prefix, origin) = origin.prefix().map_err(io_error)?;
                 if is_mcap(&prefix) {
                     InputFormat::Mcap
+                } else if pcap::is_pcap(&prefix) {
+                    InputFormat::Pcap
+                } else if table::is_table(&prefix) {
+                    InputFormat::Table
                 } else if let Some(error) = hex_text::problem_in(&prefix) {
                     misread = is_text(&prefix).then_some(error);
                     InputFormat::Raw
@@ -190,24 +220,27 @@ impl Input {
             }
         };
         let reader = match format {
-            InputFormat::Hex => Reader::Hex(HexText::new(origin.stream())),
-            InputFormat::Raw => Reader::Raw(Raw::new(origin.stream())),
+            InputFormat::Hex => Reader::Plain(Box::new(HexText::new(origin.stream()))),
+            InputFormat::Raw => Reader::Plain(Box::new(Raw::new(origin.stream()))),
+            InputFormat::Pcap => Reader::Plain(Box::new(Pcap::new(origin.stream()))),
+            InputFormat::Table => Reader::Plain(Box::new(Table::new(origin.stream()))),
             InputFormat::Mcap => Reader::Mcap(Box::new(match origin {
                 Origin::File(file) => Recording::from_file(file).map_err(io_error)?,
                 Origin::Stream(stream) => Recording::from_stream(stream),
             })),
         };
-        let mut input = Input { name, size, reader, misread, has_bytes: false };
+        let mut input = Input { name, size, format, reader, ahead: false, misread, has_bytes: false };
         // The first chunk is read ahead: an empty input is an error, and line settings stand before it.
-        let first = match &mut input.reader {
-            Reader::Hex(hex) => hex.read_ahead().map_err(hex_text::Failed::into),
-            Reader::Raw(raw) => raw.read_ahead().map_err(Failure::Io),
-            Reader::Mcap(_) => return input.foreign().map_or(Ok(()), Err).map(|()| input),
-        };
-        match first {
-            Ok(true) => Ok(input),
-            Ok(false) => Err(InputError::Empty(input.name)),
-            Err(failure) => Err(input.error(failure)),
+        match &mut input.reader {
+            Reader::Plain(reader) => match reader.advance() {
+                Ok(true) => {
+                    (input.ahead, input.has_bytes) = (true, true);
+                    Ok(input)
+                }
+                Ok(false) => Err(InputError::Empty(input.name)),
+                Err(failure) => Err(input.error(failure)),
+            },
+            Reader::Mcap(_) => input.foreign().map_or(Ok(input), Err),
         }
     }
 
@@ -232,6 +265,7 @@ impl Input {
         match failure {
             Failure::Io(error) => InputError::Io { name, error },
             Failure::Hex(error) => InputError::Hex { name, error },
+            Failure::Malformed(error) => InputError::Malformed { name, error },
         }
     }
 
@@ -249,13 +283,13 @@ impl Input {
     /// When the system cannot read on, hex text cannot be understood, or an MCAP file ends without a byte of a bus.
     pub fn advance(&mut self) -> Result<bool, InputError> {
         let more = match &mut self.reader {
-            Reader::Hex(hex) => hex.advance().map_err(hex_text::Failed::into),
-            Reader::Raw(raw) => raw.advance().map_err(Failure::Io),
+            Reader::Plain(_) if std::mem::take(&mut self.ahead) => Ok(true),
+            Reader::Plain(reader) => reader.advance(),
             Reader::Mcap(recording) => recording.advance().map_err(Failure::Io),
         };
         let more = more.map_err(|failure| self.error(failure))?;
         if more {
-            self.has_bytes |= matches!(self.item(), Item::Chunk { .. });
+            self.has_bytes = self.has_bytes || matches!(self.item(), Item::Chunk { .. });
         } else if self.is_finished() && !self.has_bytes {
             let empty = || InputError::Empty(self.name.clone());
             return Err(self.foreign().unwrap_or_else(empty));
@@ -266,10 +300,26 @@ impl Input {
     /// Returns the item gone on to.
     pub fn item(&self) -> Item<'_> {
         match &self.reader {
-            Reader::Hex(hex) => Item::Chunk { bus: BUS, chunk: hex.chunk(), ready: None },
-            Reader::Raw(raw) => Item::Chunk { bus: BUS, chunk: raw.chunk(), ready: None },
+            Reader::Plain(reader) => Item::Chunk { bus: BUS, chunk: reader.chunk(), ready: None },
             Reader::Mcap(recording) => recording.item(),
         }
+    }
+
+    /// Returns the next read of whatever bus, or `None` at the end; passes over what is none.
+    ///
+    /// # Errors
+    /// As [`Input::advance`].
+    pub fn next_chunk(&mut self) -> Result<Option<Chunk<'_>>, InputError> {
+        loop {
+            if !self.advance()? {
+                return Ok(None);
+            }
+            if matches!(self.item(), Item::Chunk { .. }) {
+                break;
+            }
+        }
+        let Item::Chunk { chunk, .. } = self.item() else { return Ok(None) };
+        Ok(Some(chunk))
     }
 
     /// Waits at the end for the input to grow; tells whether it can: only recordings in MCAP say where they end.
@@ -295,7 +345,7 @@ impl Input {
     fn recording(&self) -> Option<&Recording> {
         match &self.reader {
             Reader::Mcap(recording) => Some(recording),
-            Reader::Hex(_) | Reader::Raw(_) => None,
+            Reader::Plain(_) => None,
         }
     }
 
@@ -307,8 +357,7 @@ impl Input {
     /// Tells whether the next chunk has to be waited for: a good moment to show what is there.
     pub fn is_drained(&self) -> bool {
         match &self.reader {
-            Reader::Hex(hex) => hex.is_drained(),
-            Reader::Raw(_) => true,
+            Reader::Plain(reader) => !self.ahead && reader.is_drained(),
             Reader::Mcap(recording) => recording.is_drained(),
         }
     }
@@ -323,29 +372,46 @@ impl Input {
         self.size
     }
 
+    /// Returns the format it is read as.
+    pub fn format(&self) -> InputFormat {
+        self.format
+    }
+
     /// Returns how many bytes of the file have been read.
     pub fn position(&self) -> u64 {
         match &self.reader {
-            Reader::Hex(hex) => hex.position(),
-            Reader::Raw(raw) => raw.position(),
+            Reader::Plain(reader) => reader.position(),
             Reader::Mcap(recording) => recording.position(),
         }
     }
 
-    /// Returns the line settings that hex text names before its first byte; recordings in MCAP have items for them.
-    pub fn line(&self) -> Option<LineSettings> {
+    fn plain(&self) -> Option<&dyn ReadChunks> {
         match &self.reader {
-            Reader::Hex(hex) => hex.line(),
-            Reader::Raw(_) | Reader::Mcap(_) => None,
+            Reader::Plain(reader) => Some(&**reader),
+            Reader::Mcap(_) => None,
         }
+    }
+
+    /// Returns the line settings that the recording names before its first byte; those in MCAP have items for them.
+    pub fn line(&self) -> Option<LineSettings> {
+        self.plain()?.line()
+    }
+
+    /// Takes in the line settings that are used: some formats time the start of a byte, not its end.
+    pub fn use_line(&mut self, line: LineSettings) {
+        if let Reader::Plain(reader) = &mut self.reader {
+            reader.use_line(line);
+        }
+    }
+
+    /// Returns the longest time a byte was kept back before it was timed, in nanoseconds, where it is known.
+    pub fn adapter_hold_ns(&self) -> Option<i64> {
+        self.plain()?.adapter_hold_ns()
     }
 
     /// Returns where times go back, as far as the input has been read.
     pub fn times_back(&self) -> Option<TimesBack> {
-        match &self.reader {
-            Reader::Hex(hex) => hex.times_back(),
-            Reader::Raw(_) | Reader::Mcap(_) => None,
-        }
+        self.plain()?.times_back()
     }
 
     /// Returns why an input that is text was taken for raw bytes: likely a slip in hex text.
@@ -393,21 +459,6 @@ fn is_mcap(prefix: &[u8]) -> bool {
     same + 1 >= MCAP_MAGIC.len()
 }
 
-/// Is what a reader can fail with, before the input's name is added.
-enum Failure {
-    Io(io::Error),
-    Hex(HexError),
-}
-
-impl From<hex_text::Failed> for Failure {
-    fn from(failed: hex_text::Failed) -> Failure {
-        match failed {
-            hex_text::Failed::Io(error) => Failure::Io(error),
-            hex_text::Failed::Text(error) => Failure::Hex(error),
-        }
-    }
-}
-
 /// Tells whether bytes are printable ASCII and white space: a Modbus frame never is, for its function code.
 fn is_text(bytes: &[u8]) -> bool {
     bytes.iter().all(|byte| matches!(byte, b' '..=b'~' | b'\t' | b'\r' | b'\n'))
@@ -422,7 +473,7 @@ mod tests {
     }
 
     fn is_hex(content: &[u8]) -> bool {
-        matches!(open(content, None).map(|input| input.reader), Ok(Reader::Hex(_)))
+        open(content, None).is_ok_and(|input| input.format == InputFormat::Hex)
     }
 
     #[test]
@@ -471,7 +522,7 @@ mod tests {
     #[test]
     fn mcap_is_recognised_by_its_magic_one_wrong_byte_or_none_unless_overridden() {
         let is_mcap = |content: &[u8], format| {
-            matches!(open(content, format).map(|input| input.reader), Ok(Reader::Mcap(_)))
+            open(content, format).is_ok_and(|input| input.format == InputFormat::Mcap)
         };
         assert!(is_mcap(b"\x89MCAP0\r\n....", None));
         assert!(is_mcap(b"\x89MCAQ0\r\n....", None));
@@ -488,7 +539,6 @@ mod tests {
     #[test]
     fn the_override_reads_digits_as_raw_bytes() {
         let mut input = open(b"0103", Some(InputFormat::Raw)).expect("raw bytes");
-        let item = input.next_item().expect("readable");
-        assert!(matches!(item, Some(Item::Chunk { chunk: Chunk { bytes: b"0103", .. }, .. })));
+        assert_eq!(input.next_chunk().expect("readable").expect("a chunk").bytes, b"0103");
     }
 }

@@ -175,8 +175,15 @@ fn devices(args: &cli::Bus, profiles: &Arc<Profiles>) -> Result<Devices, Failure
     Ok(devices)
 }
 
-/// Says the line settings of an input before its first bytes: its own, or what sensors leave the factory with.
-fn begin(input: &Input, bus: &str, session: &mut Session<'_>, sink: &mut impl Sink) -> Result<(), Failure> {
+/// Begins a bus of an input that does not say its settings in time; returns those it is decoded with.
+///
+/// They are the input's own, or what sensors leave the factory with.
+fn begin(
+    input: &Input,
+    bus: &str,
+    session: &mut Session<'_>,
+    sink: &mut impl Sink,
+) -> Result<LineSettings, Failure> {
     if let Some(error) = input.misread() {
         message::warning(format_args!(
             "'{}' is text, but no hex text ({error}): read as raw bytes",
@@ -184,15 +191,15 @@ fn begin(input: &Input, bus: &str, session: &mut Session<'_>, sink: &mut impl Si
         ));
         message::hint("--input-format hex to read it as hex text all the same");
     }
-    let line = input.line().unwrap_or_else(|| {
+    let line = session.line().or(input.line()).unwrap_or_else(|| {
         let line = LineSettings::default();
-        if !session.overrides_line() {
-            let name = input.name();
-            message::note(format_args!("'{name}' does not name its line settings: {line} assumed"));
-        }
+        message::note(format_args!("'{}' does not name its line settings: {line} assumed", input.name()));
         line
     });
-    session.begin(BusSettings { name: bus.to_owned(), line, ..BusSettings::default() }, sink)
+    let adapter_hold_ns = input.adapter_hold_ns();
+    let settings = BusSettings { name: bus.to_owned(), line, adapter_hold_ns, ..BusSettings::default() };
+    session.begin(settings, sink)?;
+    Ok(line)
 }
 
 fn read_input(
@@ -203,7 +210,8 @@ fn read_input(
 ) -> Result<(), Failure> {
     let mut progress = Progress::new(wanted.prints);
     if input.facts().is_none() {
-        begin(input, BUS, session, sink)?;
+        let line = begin(input, BUS, session, sink)?;
+        input.use_line(line);
     }
     loop {
         if !input.advance()? {
@@ -234,9 +242,10 @@ fn read_input(
             count => format!(" and {} more", count - 1),
         };
         message::warning(format_args!(
-            "'{}': the time goes back in line {}{more}; the time before is taken instead",
+            "'{}': the time goes back in {} {}{more}; the time before is taken instead",
             input.name(),
-            back.line
+            back.unit,
+            back.first
         ));
     }
     Ok(())

@@ -5,6 +5,7 @@ use std::io;
 
 use crate::capture::InputError;
 use crate::capture::mcap::RecordError;
+use crate::config::ConfigError;
 
 /// Is why a command ended early.
 #[derive(Debug)]
@@ -59,5 +60,11 @@ impl From<RecordError> for Failure {
             ),
             _ => Failure::writing(error.path.display(), &error.error),
         }
+    }
+}
+
+impl From<ConfigError> for Failure {
+    fn from(error: ConfigError) -> Self {
+        Failure::hinted(&error, error.hint())
     }
 }

@@ -62,9 +62,9 @@ impl<'a> Session<'a> {
         Session { setup, ids: (0, 0), buses: Vec::new() }
     }
 
-    /// Tells whether the line settings of inputs do not matter.
-    pub(super) fn overrides_line(&self) -> bool {
-        self.setup.line.is_some()
+    /// Returns the line settings that override those of inputs.
+    pub(super) fn line(&self) -> Option<LineSettings> {
+        self.setup.line
     }
 
     /// Tells whether a bus has begun.
