@@ -2,9 +2,11 @@
 //!
 //! Knows bytes and times, no Modbus. Memory stays flat whatever the length of the recording.
 
+mod error;
 mod hex_text;
 mod instant;
 pub mod mcap;
+mod origin;
 mod pcap;
 mod raw;
 mod reader;
@@ -13,29 +15,25 @@ mod table;
 mod window;
 
 use std::fs::File;
-use std::io::{self, Cursor, Read, Seek};
+use std::io;
 use std::path::Path;
-
-use thiserror::Error;
 
 use self::mcap::{Facts, Recording};
 use crate::decode::chunk::{Chunk, Lost};
 use crate::line::LineSettings;
 use crate::time::Timestamp;
+pub use error::InputError;
 pub use hex_text::HexError;
 use hex_text::HexText;
+use origin::{Origin, PREFIX, is_mcap, is_text};
 use pcap::Pcap;
 use raw::Raw;
 use reader::{Failure, ReadChunks};
 pub use reader::{Malformed, TimesBack};
 use table::Table;
 
-/// The first bytes of every MCAP file (MCAP specification, "Magic").
-const MCAP_MAGIC: &[u8] = b"\x89MCAP0\r\n";
 /// What the bus of an input is called that names none.
 pub const BUS: &str = "bus0";
-/// How much of an input decides what it is, in bytes.
-const PREFIX: u64 = 4096;
 
 /// Names the formats that can be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,70 +78,6 @@ pub enum Item<'a> {
         /// How, and how many.
         lost: Lost,
     },
-}
-
-/// Says why an input could not be read; `hint` says what to do about it.
-#[derive(Debug, Error)]
-pub enum InputError {
-    /// The system refused to open or to read it.
-    #[error("cannot read '{name}': {error}")]
-    Io {
-        /// The input's name.
-        name: String,
-        /// What the system said.
-        error: io::Error,
-    },
-    /// It is a directory.
-    #[error("cannot read '{0}': it is a directory")]
-    Directory(String),
-    /// It is an MCAP file of something else; with its topics and their schemas.
-    #[error(
-        "'{name}' is an MCAP file, but no recording of a bus: it has no channel /<bus>/raw of rtutap.RawChunk"
-    )]
-    Foreign {
-        /// The input's name.
-        name: String,
-        /// What it has instead.
-        has: String,
-    },
-    /// It holds no byte of a bus.
-    #[error("'{0}' is empty: there is not a byte in it")]
-    Empty(String),
-    /// It is hex text with something in it that is not.
-    #[error("'{name}', {error}")]
-    Hex {
-        /// The input's name.
-        name: String,
-        /// Where and what.
-        error: HexError,
-    },
-    /// It is an import with something in it that cannot be understood.
-    #[error("'{name}', {error}")]
-    Malformed {
-        /// The input's name.
-        name: String,
-        /// Where and what.
-        error: Malformed,
-    },
-}
-
-impl InputError {
-    /// Returns what could be done about it.
-    pub fn hint(&self) -> String {
-        match self {
-            InputError::Io { error, .. } => match error.kind() {
-                io::ErrorKind::NotFound => "check the path; '-' reads standard input",
-                io::ErrorKind::PermissionDenied => "check who may read the file",
-                _ => "check that the file can be read to its end",
-            },
-            InputError::Directory(_) => "name the recordings in it, such as DIRECTORY/*",
-            InputError::Foreign { has, .. } => return format!("it has {has}"),
-            InputError::Empty(_) => "check that the recording was written; comments and times alone are none",
-            InputError::Hex { error, .. } => error.hint(),
-            InputError::Malformed { error, .. } => error.hint,
-        }
-        .to_owned()
-    }
 }
 
 /// Is what reads an input.
@@ -420,52 +354,10 @@ impl Input {
     }
 }
 
-/// Is where an input comes from.
-enum Origin {
-    /// A file that can be sought in.
-    File(File),
-    Stream(Box<dyn Read>),
-}
-
-impl Origin {
-    /// Returns the first 4 KiB, and the origin as it was before.
-    fn prefix(self) -> io::Result<(Vec<u8>, Origin)> {
-        let mut prefix = Vec::new();
-        match self {
-            Origin::File(mut file) => {
-                (&mut file).take(PREFIX).read_to_end(&mut prefix)?;
-                file.rewind()?;
-                Ok((prefix, Origin::File(file)))
-            }
-            Origin::Stream(mut stream) => {
-                (&mut stream).take(PREFIX).read_to_end(&mut prefix)?;
-                let stream = Origin::Stream(Box::new(Cursor::new(prefix.clone()).chain(stream)));
-                Ok((prefix, stream))
-            }
-        }
-    }
-
-    fn stream(self) -> Box<dyn Read> {
-        match self {
-            Origin::File(file) => Box::new(file),
-            Origin::Stream(stream) => stream,
-        }
-    }
-}
-
-/// Tells whether a file begins as MCAP does; one wrong byte does not hide it.
-fn is_mcap(prefix: &[u8]) -> bool {
-    let same = prefix.iter().zip(MCAP_MAGIC).filter(|(a, b)| a == b).count();
-    same + 1 >= MCAP_MAGIC.len()
-}
-
-/// Tells whether bytes are printable ASCII and white space: a Modbus frame never is, for its function code.
-fn is_text(bytes: &[u8]) -> bool {
-    bytes.iter().all(|byte| matches!(byte, b' '..=b'~' | b'\t' | b'\r' | b'\n'))
-}
-
 #[cfg(test)]
 mod tests {
+    use std::io::Cursor;
+
     use super::*;
 
     fn open(content: &[u8], format: Option<InputFormat>) -> Result<Input, InputError> {

@@ -251,24 +251,10 @@ fn read_input(
     Ok(())
 }
 
-/// Says what is missing in a recording.
+/// Says what is missing in a recording, and that it can be mended.
 fn report(input: &Input, facts: &Facts) {
     let name = input.name();
-    if let Some(first) = facts.damage.first() {
-        let (count, bytes, offset) = (facts.damage_count, facts.damage_bytes, first.offset);
-        let places = if count == 1 { "place" } else { "places" };
-        let lost = match facts.lost_bytes {
-            0 => String::new(),
-            1 => "; 1 byte of the bus is lost for it".to_owned(),
-            lost => format!("; {lost} bytes of the bus are lost for it"),
-        };
-        message::warning(format_args!(
-            "'{name}' cannot be read in {count} {places}, {bytes} bytes, first at byte {offset}: {}{lost}",
-            first.cause
-        ));
-    } else if facts.lost_bytes > 0 {
-        message::warning(format_args!("'{name}': {} bytes of the bus are not in it", facts.lost_bytes));
-    }
+    say_damage(name, facts);
     let is_open = facts.end.is_none() && facts.session.is_some();
     if is_open {
         message::warning(format_args!(
@@ -277,5 +263,21 @@ fn report(input: &Input, facts: &Facts) {
     }
     if is_open || facts.damage_count > 0 {
         message::hint(format_args!("'rtutap recover {name} -o FILE' makes a whole file of what is there"));
+    }
+}
+
+/// Says where a recording cannot be read, and what is lost for it.
+pub(super) fn say_damage(name: &str, facts: &Facts) {
+    if let Some(first) = facts.damage.first() {
+        let (count, bytes, offset) = (facts.damage_count, facts.damage_bytes, first.offset);
+        let places = if count == 1 { "place" } else { "places" };
+        message::warning(format_args!(
+            "'{name}' cannot be read in {count} {places}, {bytes} bytes, first at byte {offset}: {}",
+            first.cause
+        ));
+    }
+    if facts.lost_bytes > 0 {
+        let bytes = if facts.lost_bytes == 1 { "byte" } else { "bytes" };
+        message::warning(format_args!("'{name}': {} {bytes} of the bus are not in it", facts.lost_bytes));
     }
 }

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::path::Path;
 
 use super::failure::Failure;
-use super::message;
+use super::{bus, message};
 use crate::capture::mcap::{RecoverError, recover};
 use crate::cli;
 
@@ -35,18 +35,7 @@ pub(super) fn run(args: &cli::Recover) -> Result<(), Failure> {
             Failure::hinted(format!("cannot recover '{input}': {error}"), hint)
         }
     })?;
-    let facts = &recovered.facts;
-    if let Some(first) = facts.damage.first() {
-        let (count, bytes, offset) = (facts.damage_count, facts.damage_bytes, first.offset);
-        let places = if count == 1 { "place" } else { "places" };
-        message::warning(format_args!(
-            "'{input}' cannot be read in {count} {places}, {bytes} bytes, first at byte {offset}: {}",
-            first.cause
-        ));
-    }
-    if facts.lost_bytes > 0 {
-        message::warning(format_args!("{} bytes of the bus are lost for it", facts.lost_bytes));
-    }
+    bus::say_damage(&input.to_string(), &recovered.facts);
     message::note(format_args!(
         "'{output}' holds {} bytes of the bus in {} messages",
         recovered.bytes, recovered.messages

@@ -16,6 +16,7 @@
 mod index;
 mod line;
 mod messages;
+mod options;
 mod part;
 mod pending;
 mod reads;
@@ -30,7 +31,8 @@ mod unpack;
 
 pub use line::BusSettings;
 pub use messages::{Cause, Damage};
-pub use recorder::{BusId, ChannelId, Options, RecordError, Recorder, part_path};
+pub use options::{Options, RecordError, part_path};
+pub use recorder::{BusId, ChannelId, Recorder};
 pub use recording::{Facts, Preface, Recording, Session};
 pub use salvage::{RecoverError, Recovered, recover};
 pub use schema::Schema;
