@@ -2,6 +2,7 @@
 //!
 //! Knows bytes and times, no Modbus. Memory stays flat whatever the length of the recording.
 
+mod hex_line;
 mod hex_text;
 mod instant;
 mod raw;
@@ -14,6 +15,7 @@ use thiserror::Error;
 
 use crate::decode::chunk::Chunk;
 use crate::line::LineSettings;
+pub use hex_line::hex_line;
 use hex_text::HexText;
 pub use hex_text::{HexError, TimesBack};
 use raw::Raw;

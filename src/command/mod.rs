@@ -3,6 +3,7 @@
 mod bus;
 mod decode;
 mod demo;
+mod export;
 mod failure;
 mod info;
 mod message;
@@ -21,6 +22,7 @@ pub fn run(cli: &Cli) -> ExitCode {
     let result = match &cli.command {
         Command::Decode(args) => decode::run(args, cli.verbose),
         Command::Info(args) => info::run(args),
+        Command::Export(args) => export::run(args),
         Command::Simulate(args) => simulate::run(args),
         Command::Demo(args) => demo::run(args, cli.verbose),
         Command::Profiles(args) => profiles::run(args),
