@@ -1,20 +1,23 @@
 //! `rtutap export`: writes a recording in another format.
 
-use std::io::{Seek, Write};
+use std::fs::File;
+use std::io::{self, Seek, Write};
 use std::path::Path;
 
 use super::bus::{self, BUS, Origin, Sink, Wanted};
 use super::decode::judge;
 use super::failure::Failure;
-use super::output::Output;
+use super::output::{GATHER, Output};
 use crate::cli::{self, ExportKind, LinkKind};
 use crate::decode::chunk::Chunk;
 use crate::pipeline::Event;
 use crate::report::hex::Hex;
+#[cfg(feature = "parquet")]
+use crate::report::parquet::{Parquet, Table};
 use crate::report::pcapng::{LinkType, Pcapng};
 use crate::report::redact::REMARK;
 use crate::report::wide::Wide;
-use crate::report::{Clock, Csv, Format, Json, Passing, Rows, Show};
+use crate::report::{Clock, Csv, Format, Json, Judge, Passing, Rows, Show};
 use crate::time::MILLISECOND;
 
 /// Runs the command.
@@ -91,7 +94,16 @@ fn is_same(input: &Path, output: &Path) -> bool {
 enum Writer {
     Rows(Rows),
     Hex(Hex),
-    Wide { table: Wide, passing: Passing, rows: std::fs::File },
+    Wide {
+        table: Wide,
+        passing: Passing,
+        rows: File,
+    },
+    #[cfg(feature = "parquet")]
+    Parquet {
+        table: Box<Parquet>,
+        passing: Passing,
+    },
 }
 
 impl Writer {
@@ -106,7 +118,7 @@ impl Writer {
             (ExportKind::Csv, _) if args.wide => Ok(Writer::Wide {
                 table: Wide::new(clock),
                 passing: Passing::new(judge),
-                rows: tempfile::tempfile().map_err(|error| Failure::writing("a temporary file", &error))?,
+                rows: tempfile::tempfile().map_err(spill_failed)?,
             }),
             (ExportKind::Csv, [] | [_]) => {
                 let show = show.first().copied().unwrap_or(Show::Readings);
@@ -118,10 +130,14 @@ impl Writer {
                 let hint = "give one --show, or name the output .jsonl for several";
                 Err(Failure::hinted("CSV has one kind of row", hint))
             }
-            (ExportKind::Jsonl, []) => {
-                rows(vec![Show::Frames, Show::Transactions, Show::Readings], Box::<Json>::default(), judge)
+            (ExportKind::Jsonl, _) => {
+                if show.is_empty() {
+                    show = vec![Show::Frames, Show::Transactions, Show::Readings];
+                }
+                let json = Json::default();
+                let json = if args.redact { json.with_remark(REMARK) } else { json };
+                rows(show, Box::new(json), judge)
             }
-            (ExportKind::Jsonl, _) => rows(show, Box::<Json>::default(), judge),
             (ExportKind::Pcapng, _) => {
                 let link_type = match args.link_type {
                     LinkKind::RtacSerial => LinkType::RtacSerial,
@@ -130,12 +146,32 @@ impl Writer {
                 let remark = args.redact.then(|| REMARK.to_owned());
                 rows(vec![Show::Frames], Box::new(Pcapng::new(link_type, remark)), judge)
             }
-            (ExportKind::Parquet, _) => {
-                let hint = "cargo build --features parquet";
-                Err(Failure::hinted("this build of rtutap cannot write Parquet", hint))
-            }
+            (ExportKind::Parquet, show) => parquet_writer(args, show, judge),
         }
     }
+}
+
+#[cfg(not(feature = "parquet"))]
+fn parquet_writer(_: &cli::Export, _: &[Show], _: Option<Judge>) -> Result<Writer, Failure> {
+    let hint = "build it with 'cargo build --release --features parquet'";
+    Err(Failure::hinted("this build of rtutap cannot write Parquet", hint))
+}
+
+#[cfg(feature = "parquet")]
+fn parquet_writer(args: &cli::Export, show: &[Show], judge: Option<Judge>) -> Result<Writer, Failure> {
+    let table = match show {
+        [] | [Show::Readings] => Table::Readings,
+        [Show::Transactions] => Table::Transactions,
+        _ => {
+            let hint = "give one --show, readings or transactions, and export once for each";
+            return Err(Failure::hinted("Parquet has one kind of row", hint));
+        }
+    };
+    let mut metadata = vec![("rtutap.version".to_owned(), env!("CARGO_PKG_VERSION").to_owned())];
+    metadata.extend(args.filter.iter().map(|filter| ("rtutap.filter".to_owned(), filter.clone())));
+    metadata.extend(args.redact.then(|| ("rtutap.remark".to_owned(), REMARK.to_owned())));
+    let table = Parquet::new(table, metadata).map_err(Failure::new)?;
+    Ok(Writer::Parquet { table: Box::new(table), passing: Passing::new(judge) })
 }
 
 /// The column that says that a CSV was redacted.
@@ -162,30 +198,42 @@ impl Exporter<'_> {
                 Ok(())
             }
             Writer::Hex(_) => hex_heading(origin, self.redacted, self.filter, out),
-            Writer::Wide { .. } => Ok(()),
+            _ => Ok(()),
         };
     }
 
     fn finish(&mut self) -> Result<(), Failure> {
         if let Writer::Wide { table, rows, .. } = &mut self.writer {
             table.finish_row(&mut self.output.buffer);
-            let failed = |error: &std::io::Error| Failure::writing("a temporary file", error);
-            rows.write_all(&self.output.buffer).map_err(|error| failed(&error))?;
-            self.output.buffer.clear();
-            rows.rewind().map_err(|error| failed(&error))?;
+            spill(rows, &mut self.output.buffer)?;
+            rows.rewind().map_err(spill_failed)?;
             let remark = self.redacted.then_some((REMARK_KEY, REMARK));
-            table.finish(rows, &mut self.output, remark).map_err(|error| failed(&error))?;
+            table.finish(rows, &mut self.output, remark).map_err(|error| self.output.failed(&error))?;
+        }
+        #[cfg(feature = "parquet")]
+        if let Writer::Parquet { table, .. } = &mut self.writer {
+            table.finish(&mut self.output.buffer).map_err(Failure::new)?;
         }
         self.output.flush()
     }
 }
 
-fn hex_heading(
-    origin: &Origin,
-    redacted: bool,
-    filter: Option<&str>,
-    out: &mut Vec<u8>,
-) -> std::io::Result<()> {
+/// Writes rows to a file without a name, from where they are taken at the end.
+fn spill(file: &mut File, rows: &mut Vec<u8>) -> Result<(), Failure> {
+    let result = file.write_all(rows);
+    rows.clear();
+    result.map_err(spill_failed)
+}
+
+fn spill_failed(error: io::Error) -> Failure {
+    let directory = std::env::temp_dir();
+    Failure::hinted(
+        format!("cannot keep rows in '{}': {error}", directory.display()),
+        "make room there, or set TMPDIR",
+    )
+}
+
+fn hex_heading(origin: &Origin, redacted: bool, filter: Option<&str>, out: &mut Vec<u8>) -> io::Result<()> {
     writeln!(out, "# rtutap {}: a line a read, with the time it ended", env!("CARGO_PKG_VERSION"))?;
     if !origin.line_is_assumed {
         writeln!(out, "# line {}", origin.line)?;
@@ -235,6 +283,12 @@ impl Sink for Exporter<'_> {
                     table.event(BUS, event, out);
                 }
             }
+            #[cfg(feature = "parquet")]
+            Writer::Parquet { table, passing } => {
+                if passing.passes(BUS, event) {
+                    table.event(BUS, event);
+                }
+            }
         }
     }
 
@@ -243,11 +297,9 @@ impl Sink for Exporter<'_> {
         match &mut self.writer {
             Writer::Rows(rows) => rows.settle(settled_frame, out),
             Writer::Hex(hex) => hex.settle(settled_frame, out),
-            Writer::Wide { rows, .. } => {
-                let result = rows.write_all(out);
-                out.clear();
-                return result.map_err(|error| Failure::writing("a temporary file", &error));
-            }
+            Writer::Wide { rows, .. } => return if out.len() < GATHER { Ok(()) } else { spill(rows, out) },
+            #[cfg(feature = "parquet")]
+            Writer::Parquet { table, .. } => table.drain(out).map_err(Failure::new)?,
         }
         self.output.drain()
     }

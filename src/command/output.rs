@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use super::failure::Failure;
 
 /// How much is gathered before it is written, in bytes.
-const GATHER: usize = 64 * 1024;
+pub(super) const GATHER: usize = 64 * 1024;
 
 /// Gathers results and writes them out.
 pub(super) struct Output {
@@ -73,7 +73,12 @@ impl Output {
 
     /// Writes all that has been gathered.
     pub(super) fn flush(&mut self) -> Result<(), Failure> {
-        self.write_out().map_err(|error| Failure::writing(&self.name, &error))
+        self.write_out().map_err(|error| self.failed(&error))
+    }
+
+    /// Makes a failure of what the system said about this output.
+    pub(super) fn failed(&self, error: &io::Error) -> Failure {
+        Failure::writing(&self.name, error)
     }
 
     fn write_out(&mut self) -> io::Result<()> {

@@ -13,13 +13,13 @@ use crate::pipeline::Event;
 ///
 /// With a filter, of each read those bytes remain whose frame or damaged run passes.
 pub struct Hex {
-    cut: Option<Cut>,
+    cut: Option<Box<Cut>>,
 }
 
 impl Hex {
     /// Makes a writer; without a judge every byte passes.
     pub fn new(judge: Option<Judge>) -> Self {
-        Hex { cut: judge.map(Cut::new) }
+        Hex { cut: judge.map(|judge| Box::new(Cut::new(judge))) }
     }
 
     /// Takes a read.

@@ -8,6 +8,8 @@ pub mod held;
 pub mod hex;
 pub mod info;
 mod json;
+#[cfg(feature = "parquet")]
+pub mod parquet;
 pub mod pcapng;
 pub mod redact;
 mod rows;

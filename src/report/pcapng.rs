@@ -113,7 +113,7 @@ impl Pcapng {
         });
     }
 
-    /// Writes what the UART complained about in a frame or run.
+    /// Writes what the UART complained about in a frame or run, before it.
     fn line_errors(&self, bus: &str, place: &Place<'_>, out: &mut Vec<u8>) {
         let parity = self.interfaces.get(self.interface(bus)).map(|(_, line)| line.parity);
         for LineError { offset, kind } in place.line_errors {
@@ -123,7 +123,7 @@ impl Pcapng {
                 LineErrorKind::Break => event::SERIAL_BREAK_EVENT,
                 LineErrorKind::Overrun => event::SERIAL_OVERFLOW_EVENT,
             };
-            let comment = Some(format!("{} at byte {offset} of the packet before", kind.name()));
+            let comment = Some(format!("{} at byte {offset} of the next packet", kind.name()));
             self.packet(bus, &Packet { time: start(place), event, bytes: &[], flags: 0, comment }, out);
         }
     }
@@ -189,12 +189,12 @@ impl Format for Pcapng {
             }
             Event::Identified { .. } | Event::Transaction { .. } | Event::Reading { .. } => return,
         };
-        self.packet(bus, &packet, out);
         match event {
             Event::Frame(frame) => self.line_errors(bus, &frame.place, out),
             Event::Damaged(damaged) => self.line_errors(bus, &damaged.place, out),
             _ => {}
         }
+        self.packet(bus, &packet, out);
     }
 }
 
