@@ -1,11 +1,12 @@
 //! Parquet: readings or transactions in typed columns, for DuckDB, Polars or Spark over months of files.
 //!
-//! Columns have the names and the order of the JSON keys. Times are `TIMESTAMP(NANOS, UTC)`, bytes are bytes,
-//! a value is a 64-bit float; `candidates` and `fields` are JSON text.
+//! Columns have the names and the order of the JSON keys; before the first time stands `t`, the same as
+//! `TIMESTAMP(MICROS, UTC)`, for not all that read Parquet know nanoseconds. Bytes are bytes, a value is a
+//! 64-bit float; `candidates` and `fields` are JSON text.
 
 use std::sync::Arc;
 
-use parquet::basic::{Compression, Encoding, Type};
+use parquet::basic::{Compression, Encoding, LogicalType, Type};
 use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DoubleType, Int32Type, Int64Type};
 use parquet::errors::ParquetError;
 use parquet::file::metadata::KeyValue;
@@ -27,7 +28,8 @@ const GROUP_BYTES: usize = 32 << 20;
 const READINGS: &str = "message reading {
     optional binary type (STRING);
     optional binary bus (STRING);
-    optional int64 t_ns (TIMESTAMP(NANOS,true));
+    optional int64 t (TIMESTAMP(MICROS,true));
+    optional int64 t_ns;
     optional int32 address (INTEGER(8,false));
     optional binary device (STRING);
     optional binary serial_number (STRING);
@@ -42,8 +44,9 @@ const TRANSACTIONS: &str = "message transaction {
     optional binary type (STRING);
     optional int64 id (INTEGER(64,false));
     optional binary bus (STRING);
-    optional int64 start_ns (TIMESTAMP(NANOS,true));
-    optional int64 end_ns (TIMESTAMP(NANOS,true));
+    optional int64 t (TIMESTAMP(MICROS,true));
+    optional int64 start_ns;
+    optional int64 end_ns;
     optional int32 address (INTEGER(8,false));
     optional int32 function (INTEGER(8,false));
     optional int32 start_register (INTEGER(16,false));
@@ -178,6 +181,8 @@ impl Parquet {
 enum Column {
     Int32(Optional<i32>),
     Int64(Optional<i64>),
+    /// Microseconds since the Unix epoch.
+    Time(Optional<i64>),
     Double(Optional<f64>),
     Boolean(Optional<bool>),
     Bytes(Optional<ByteArray>),
@@ -207,6 +212,9 @@ impl Column {
     fn new(description: &ColumnDescPtr) -> Column {
         match description.physical_type() {
             Type::INT32 => Column::Int32(Optional::NONE),
+            Type::INT64 if description.logical_type_ref().is_some_and(is_time) => {
+                Column::Time(Optional::NONE)
+            }
             Type::INT64 => Column::Int64(Optional::NONE),
             Type::DOUBLE => Column::Double(Optional::NONE),
             Type::BOOLEAN => Column::Boolean(Optional::NONE),
@@ -226,6 +234,10 @@ impl Column {
                 Cell::Unsigned(number) => Some(number.cast_signed()),
                 Cell::Nanoseconds(ns) => Some(*ns),
                 Cell::Time(time) => Some(time.as_ns()),
+                _ => None,
+            }),
+            Column::Time(column) => column.push(match cell {
+                Cell::Time(time) => Some(time.as_ns().div_euclid(1000)),
                 _ => None,
             }),
             Column::Double(column) => column.push(match cell {
@@ -255,13 +267,17 @@ impl Column {
         }
         match self {
             Column::Int32(column) => write!(column: Int32Type),
-            Column::Int64(column) => write!(column: Int64Type),
+            Column::Int64(column) | Column::Time(column) => write!(column: Int64Type),
             Column::Double(column) => write!(column: DoubleType),
             Column::Boolean(column) => write!(column: BoolType),
             Column::Bytes(column) => write!(column: ByteArrayType),
         }
         Ok(())
     }
+}
+
+fn is_time(logical_type: &LogicalType) -> bool {
+    matches!(logical_type, LogicalType::Timestamp { .. })
 }
 
 /// Returns a value as 64-bit float, of a 32-bit float the one that is written alike: 7.9, not 7.900000095….
@@ -295,7 +311,12 @@ struct Row<'a> {
 }
 
 impl Cells for Row<'_> {
-    fn cell(&mut self, _key: Key, cell: Cell<'_>) {
+    fn cell(&mut self, key: Key, cell: Cell<'_>) {
+        if matches!(key.name, "t_ns" | "start_ns")
+            && let Some(column) = self.columns.next()
+        {
+            *self.bytes += column.push(&cell);
+        }
         if let Some(column) = self.columns.next() {
             *self.bytes += column.push(&cell);
         }
@@ -312,7 +333,8 @@ mod tests {
             [(Table::Readings, columns::reading::KEYS), (Table::Transactions, columns::transaction::KEYS)]
         {
             let schema = parse_message_type(table.schema()).expect("a schema");
-            let names: Vec<&str> = schema.get_fields().iter().map(|field| field.name()).collect();
+            let names = schema.get_fields().iter().map(|field| field.name());
+            let names: Vec<&str> = names.filter(|name| *name != "t").collect();
             assert_eq!(names, keys);
         }
     }

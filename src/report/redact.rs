@@ -127,6 +127,20 @@ fn alphanumeric_from(bytes: &[u8], at: usize) -> usize {
     at + rest.iter().take_while(|byte| byte.is_ascii_alphanumeric()).count()
 }
 
+/// Joins spans that overlap: profiles that see the serial number at different places.
+fn merged(spans: &[Range<usize>]) -> Vec<Range<usize>> {
+    let mut spans = spans.to_vec();
+    spans.sort_by_key(|span| span.start);
+    let mut merged: Vec<Range<usize>> = Vec::new();
+    for span in spans {
+        match merged.last_mut() {
+            Some(last) if span.start < last.end => last.end = last.end.max(span.end),
+            _ => merged.push(span),
+        }
+    }
+    merged
+}
+
 /// Blanks spans of a frame or run that is held, and mends its CRC, unless a span lies in it.
 fn change(offset: u64, length: usize, spans: &[Range<usize>], profiles: &Profiles, held: &mut Held) {
     if spans.is_empty() {
@@ -135,11 +149,14 @@ fn change(offset: u64, length: usize, spans: &[Range<usize>], profiles: &Profile
     let Some(bytes) = held.bytes_mut(offset, length) else { return };
     let body = length.saturating_sub(CRC);
     let before = crc::checksum(bytes.get(..body).unwrap_or_default());
-    for span in spans {
-        let Some(serial_number) = bytes.get_mut(span.clone()) else { continue };
-        let told = profiles.telling_part(serial_number);
-        let rest = serial_number.iter_mut().skip(told);
-        rest.filter(|byte| **byte != 0).for_each(|byte| *byte = BLANK);
+    for span in merged(spans) {
+        let Some(serial_number) = bytes.get_mut(span) else { continue };
+        let told = |at: usize| profiles.telling_part(serial_number.get(at..).unwrap_or_default());
+        let told = (0..serial_number.len()).map(|at| at..at + told(at)).find(|told| !told.is_empty());
+        let told = told.unwrap_or_default();
+        let rest =
+            serial_number.iter_mut().enumerate().filter(|(at, byte)| !told.contains(at) && **byte != 0);
+        rest.for_each(|(_, byte)| *byte = BLANK);
     }
     if spans.iter().all(|span| span.end <= body) {
         let after = crc::checksum(bytes.get(..body).unwrap_or_default());
