@@ -7,12 +7,10 @@ use std::sync::Arc;
 
 use crate::decode::chunk::{Chunk, LineError, ReadTime};
 use crate::decode::damage::{self, Surroundings};
-use crate::decode::frame::{Boundary, Damaged, Frame, Place, Role, WireTime};
-use crate::decode::framer::{Framer, Piece};
+use crate::decode::frame::{Damaged, Frame, Place, Role, WireTime};
+use crate::decode::framer::{Framer, Piece, Readings};
 use crate::decode::function::FunctionCode;
-use crate::decode::pairing::{
-    Assembled, Choice, Item, Pairing, Part, Readings, Settled, What, frame_readings,
-};
+use crate::decode::pairing::{Assembled, Choice, Item, Pairing, Part, Settled, What};
 use crate::decode::pdu;
 use crate::decode::shape::Shapes;
 use crate::decode::store::Store;
@@ -126,15 +124,6 @@ enum Stage {
     Reading { next: usize, count: usize },
 }
 
-/// What the next event is about, before it is given bytes.
-enum Row {
-    Lost(Lost),
-    Item(Item, Choice),
-    Identified(Identified, Option<Timestamp>),
-    Transaction(Current),
-    Reading(Current, usize),
-}
-
 /// Decodes one bus.
 pub struct Pipeline {
     framer: Framer,
@@ -160,7 +149,7 @@ impl Pipeline {
         let shapes = Arc::new(shapes);
         Pipeline {
             framer: Framer::new(options.line, options.adapter_hold_ns, Arc::clone(&shapes)),
-            pairing: Pairing::new(),
+            pairing: Pairing::default(),
             devices,
             shapes,
             line: options.line,
@@ -198,16 +187,13 @@ impl Pipeline {
     /// Decides what silence up to `now` decides; does nothing when called without need.
     pub fn handle_timeout(&mut self, now: Timestamp) {
         self.pump();
-        self.now = self.now.max(now);
-        loop {
-            self.framer.expire(now);
-            let before = self.next_frame;
+        // One deadline after the other: what the first decides may move the next.
+        while let Some(due) = self.poll_timeout().filter(|due| *due <= now) {
+            self.now = self.now.max(due);
+            self.framer.expire(due);
             self.pump();
-            if self.next_frame == before {
-                break;
-            }
+            self.pairing.expire(due);
         }
-        self.pairing.expire(now);
     }
 
     /// Returns when silence would decide something; it may come early, never late.
@@ -258,9 +244,13 @@ impl Pipeline {
     fn pump_one(&mut self) -> bool {
         match self.framer.next_piece() {
             None => return false,
-            Some(Piece::Frame { offset, length, boundary, confidence, .. }) => {
-                self.pair_frame(offset, length, boundary, confidence);
-                self.frame_end = Some(offset + u64::from(length));
+            Some(Piece::Frame { offset, length, readings, boundary, confidence }) => {
+                let bytes = self.framer.store().slice(offset, offset + 2);
+                let function = FunctionCode(bytes[1]); // a frame has at least four bytes
+                let what = What::Frame { function, boundary, confidence };
+                let item = self.item(offset, u32::from(length), what);
+                self.frame_end = Some(item.end());
+                self.pair(item, &readings);
             }
             Some(Piece::Junk { offset, end, outstanding }) => {
                 let mut runs = Vec::new();
@@ -285,17 +275,6 @@ impl Pipeline {
         true
     }
 
-    fn pair_frame(&mut self, offset: u64, length: u16, boundary: Boundary, confidence: f32) {
-        let end = offset + u64::from(length);
-        let bytes = self.framer.store().slice(offset, end);
-        let ended = self.framer.stamper().byte(end - 1).map(|byte| byte.interval().midpoint());
-        let readings = frame_readings(bytes, offset, boundary, ended, &self.shapes);
-        let function = FunctionCode(bytes[1]); // a frame has at least four bytes
-        let what = What::Frame { function, boundary, confidence };
-        let item = self.item(offset, u32::from(length), what);
-        self.pair(item, &readings);
-    }
-
     fn pair(&mut self, item: Item, readings: &Readings) {
         if item.time.is_none() {
             self.pairing.expire(item.at);
@@ -309,9 +288,10 @@ impl Pipeline {
         self.next_frame += 1;
         let stamper = self.framer.stamper();
         let last = offset + u64::from(length) - 1;
-        let time = stamper.byte(offset).zip(stamper.byte(last)).map(|(first, last)| WireTime {
-            start: first.interval().shifted(-stamper.character_ns()),
-            end: last.interval(),
+        let time = stamper.byte(offset).zip(stamper.byte(last)).map(|(first, last)| {
+            let start = first.interval().shifted(-stamper.character_ns());
+            // Bytes that come faster than the line's speed allows have no sound times, but keep their order.
+            WireTime { start, end: last.interval().not_before(start) }
         });
         let before = offset.checked_sub(1).and_then(|before| stamper.byte(before));
         let gap_before =
@@ -323,86 +303,51 @@ impl Pipeline {
 
     /// Returns the next event. Take them all after each call that takes something in.
     pub fn poll_event(&mut self) -> Option<Event<'_>> {
-        Some(match self.next_row()? {
-            Row::Lost(lost) => Event::Lost(lost),
-            Row::Item(item, choice) => self.item_event(item, choice),
-            Row::Identified(identified, time) => Event::Identified { identified, time },
-            Row::Transaction(current) => {
-                let transaction = self.transaction(&current);
-                Event::Transaction { transaction, meaning: self.devices.meaning(&transaction) }
-            }
-            Row::Reading(current, index) => {
-                let transaction = self.transaction(&current);
-                let reading = self.devices.meaning(&transaction).readings().nth(index)?;
-                Event::Reading {
-                    reading,
-                    time: transaction.response.and_then(|side| side.time).map(|time| time.end.midpoint()),
-                    address: transaction.address,
-                    transaction: transaction.id,
-                }
-            }
-        })
-    }
-
-    /// Says what the next event is about; a transaction is followed by its readings.
-    fn next_row(&mut self) -> Option<Row> {
         if let Some(lost) = self.lost.take() {
-            return Some(Row::Lost(lost));
+            return Some(Event::Lost(lost));
         }
-        loop {
-            if let Some(mut current) = self.current.take() {
-                match current.stage {
-                    Stage::Observe => {
-                        self.current = Some(Current { stage: Stage::Say, ..current });
-                        if let Some(row) = self.observe(&current) {
-                            return Some(row);
-                        }
+        let current = match self.current.take() {
+            Some(current) => current,
+            None => loop {
+                match self.pairing.take() {
+                    Some(Settled::Item(item, choice)) => return Some(self.item_event(item, choice)),
+                    Some(Settled::Transaction(assembled)) => {
+                        self.next_transaction += 1;
+                        break Current { assembled, id: self.next_transaction - 1, stage: Stage::Observe };
                     }
-                    Stage::Say => {
-                        current.stage = Stage::Reading { next: 0, count: self.count_readings(&current) };
-                        self.current = Some(current);
-                        return Some(Row::Transaction(current));
-                    }
-                    Stage::Reading { next, count } if next < count => {
-                        current.stage = Stage::Reading { next: next + 1, count };
-                        self.current = Some(current);
-                        return Some(Row::Reading(current, next));
-                    }
-                    Stage::Reading { .. } => {}
+                    None if self.pump_one() => {}
+                    None => return None,
                 }
-                continue;
+            },
+        };
+        if let Stage::Reading { next, count } = current.stage {
+            if next + 1 < count {
+                self.current = Some(Current { stage: Stage::Reading { next: next + 1, count }, ..current });
             }
-            match self.pairing.next() {
-                Some(Settled::Item(item, choice)) => return Some(Row::Item(item, choice)),
-                Some(Settled::Transaction(assembled)) => {
-                    self.current =
-                        Some(Current { assembled, id: self.next_transaction, stage: Stage::Observe });
-                    self.next_transaction += 1;
-                }
-                None if self.pump_one() => {}
-                None => return None,
-            }
+            return self.reading_event(&current, next);
         }
+        let transaction = transaction(self.framer.store(), &current);
+        // The devices learn from a transaction before it is told what it means.
+        if current.stage == Stage::Observe
+            && let Some(identified) = self.devices.observe(&transaction)
+        {
+            self.current = Some(Current { stage: Stage::Say, ..current });
+            return Some(Event::Identified { identified, time: end(&transaction) });
+        }
+        let meaning = self.devices.meaning(&transaction);
+        if self.readings && matches!(transaction.outcome, Outcome::Answered | Outcome::Late) {
+            let count = meaning.readings().count();
+            let stage = Stage::Reading { next: 0, count };
+            self.current = (count > 0).then_some(Current { stage, ..current });
+        }
+        Some(Event::Transaction { transaction, meaning })
     }
 
-    /// Lets the devices learn from a transaction before it is told what it means.
-    fn observe(&mut self, current: &Current) -> Option<Row> {
+    fn reading_event(&self, current: &Current, index: usize) -> Option<Event<'_>> {
         let transaction = transaction(self.framer.store(), current);
-        let last = transaction.response.or(transaction.request);
-        let time = last.and_then(|side| side.time).map(|time| time.end.midpoint());
-        let identified = self.devices.observe(&transaction)?;
-        Some(Row::Identified(identified, time))
-    }
-
-    fn count_readings(&self, current: &Current) -> usize {
-        if !self.readings || !matches!(current.assembled.outcome, Outcome::Answered | Outcome::Late) {
-            return 0;
-        }
-        self.devices.meaning(&self.transaction(current)).readings().count()
-    }
-
-    fn transaction(&self, current: &Current) -> Transaction<'_> {
-        transaction(self.framer.store(), current)
+        let reading = self.devices.meaning(&transaction).readings().nth(index)?;
+        let (address, id) = (transaction.address, transaction.id);
+        Some(Event::Reading { reading, time: end(&transaction), address, transaction: id })
     }
 
     fn item_event(&mut self, item: Item, choice: Choice) -> Event<'_> {
@@ -430,6 +375,12 @@ impl Pipeline {
             }
         }
     }
+}
+
+/// Estimates when the last frame of a transaction ended.
+fn end(transaction: &Transaction<'_>) -> Option<Timestamp> {
+    let last = transaction.response.or(transaction.request)?;
+    Some(last.time?.end.midpoint())
 }
 
 /// Gives an assembled transaction its bytes.

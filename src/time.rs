@@ -83,6 +83,11 @@ impl Interval {
         Interval { earliest: self.earliest + ns, latest: self.latest + ns }
     }
 
+    /// Moves each bound that lies before that of `other` there.
+    pub fn not_before(self, other: Interval) -> Self {
+        Interval { earliest: self.earliest.max(other.earliest), latest: self.latest.max(other.latest) }
+    }
+
     /// Bounds the nanoseconds from `self` to `later`.
     pub fn until(self, later: Interval) -> Span {
         Span { least: later.earliest - self.latest, most: later.latest - self.earliest }

@@ -5,7 +5,7 @@ use std::io::{self, Read};
 use crate::decode::chunk::{Chunk, ReadTime};
 
 /// How many bytes make a chunk at most.
-const CHUNK: usize = 64 * 1024;
+const CHUNK: usize = 8 * 1024;
 
 /// Reads raw bytes a block at a time.
 pub(super) struct Raw<R> {

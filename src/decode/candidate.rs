@@ -124,7 +124,7 @@ pub fn candidates(bytes: &[u8], shapes: &Shapes) -> Candidates {
         24 => fifo(bytes, &mut out),
         43 => encapsulated(bytes, &mut out),
         0x81..=0xFE => exception(bytes, &mut out),
-        1..=0x7F => {
+        9 | 10 | 13 | 14 | 18 | 19 | 25..=42 | 44..=0x7F => {
             out.push(Role::Request, 0, Basis::AnyLength, Oddity::None);
             out.push(Role::Response, 0, Basis::AnyLength, Oddity::None);
         }

@@ -9,10 +9,12 @@ use std::collections::VecDeque;
 
 use crate::decode::chunk::ReadTime;
 use crate::line::LineSettings;
-use crate::time::{Interval, Span, Timestamp};
+use crate::time::{Interval, SECOND, Span, Timestamp};
 
 /// Nanoseconds from a byte being there to an idle host reading it: the wake-up allowance.
 pub const WAKE_NS: i64 = 500_000;
+/// Nanoseconds that an adapter is believed to keep a byte back at most; no driver comes near.
+const MOST_HOLD_NS: i64 = 60 * SECOND;
 
 /// Bounds when the last stop bit of a byte ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,6 +47,8 @@ struct Read {
     earliest: Timestamp,
     /// Upper bound of the last byte's end.
     latest: Timestamp,
+    /// The same before later reads tightened it.
+    read: Timestamp,
 }
 
 /// Keeps the times of the bytes that the framer still holds.
@@ -56,6 +60,8 @@ pub struct Stamper {
     /// Whether the hold is known, not estimated from the reads.
     hold_known: bool,
     reads: VecDeque<Read>,
+    /// Whether any read had a time.
+    timed: bool,
     /// Time of the last read, and the bounds of its last byte.
     last_read: Option<Timestamp>,
     last: Option<(Timestamp, Timestamp)>,
@@ -70,9 +76,10 @@ impl Stamper {
     pub fn new(line: LineSettings, hold_ns: Option<i64>) -> Self {
         Stamper {
             character_ns: line.character_ns(),
-            hold_ns: hold_ns.unwrap_or(0).max(0),
+            hold_ns: hold_ns.unwrap_or(0).clamp(0, MOST_HOLD_NS),
             hold_known: hold_ns.is_some(),
             reads: VecDeque::new(),
+            timed: false,
             last_read: None,
             last: None,
             end: 0,
@@ -115,6 +122,7 @@ impl Stamper {
         }
         let read = self.read_time(time, length);
         let timed = matches!(time, ReadTime::At(_));
+        self.timed |= timed;
         let length = length as u64;
         if timed && !self.hold_known && length > 1 {
             let seen = self.character_ns.saturating_mul(length.min(64) as i64);
@@ -153,6 +161,7 @@ impl Stamper {
             certain: certain.min(first_latest),
             earliest: earliest.min(first_latest),
             latest: read,
+            read,
         }
     }
 
@@ -185,12 +194,21 @@ impl Stamper {
     }
 
     fn find(&self, offset: u64) -> Option<&Read> {
+        // Nearly all questions are about the latest read.
+        if let Some(last) = self.reads.back().filter(|last| offset >= last.offset) {
+            return (offset < last.offset + last.length).then_some(last);
+        }
         let at = self.reads.partition_point(|read| read.offset + read.length <= offset);
         self.reads.get(at).filter(|read| read.offset <= offset)
     }
 
     /// Bounds the end of the byte at `offset`; `None` when the input has no time for it.
+    #[inline]
     pub fn byte(&self, offset: u64) -> Option<ByteTime> {
+        if self.timed { self.timed_byte(offset) } else { None }
+    }
+
+    fn timed_byte(&self, offset: u64) -> Option<ByteTime> {
         let read = self.find(offset)?;
         if !read.timed {
             return None;
@@ -223,9 +241,15 @@ impl Stamper {
     }
 
     /// Tells whether a silence of at least `gap_ns` may lie before the byte at `offset`.
+    ///
+    /// By what was known when the byte was read: the answer stays the same whatever is read later.
     pub fn gap_possible(&self, offset: u64, gap_ns: i64) -> bool {
-        match self.gap_before(offset) {
-            Some(gap) => gap.most >= gap_ns,
+        let before = offset.checked_sub(1).and_then(|before| self.byte(before));
+        match before.zip(self.find(offset).filter(|read| read.timed)) {
+            Some((before, read)) => {
+                let latest = read.read - self.run_ns(read.offset + read.length - 1 - offset);
+                latest - before.certain - self.character_ns >= gap_ns
+            }
             None => self.find(offset).is_none_or(|read| {
                 // Bytes of one untimed line belong together; raw bytes tell nothing.
                 read.offset == offset || !self.reads.iter().any(|read| read.after_silence)

@@ -20,8 +20,10 @@ pub struct Info {
     damaged: u64,
     damaged_bytes: u64,
     lost: u64,
-    outcomes: BTreeMap<Outcome, u64>,
-    units: BTreeMap<(String, u8), Unit>,
+    /// Counts by outcome, in the order of its declaration.
+    outcomes: [u64; Outcome::ALL.len()],
+    /// By bus and unit address.
+    units: BTreeMap<String, BTreeMap<u8, Unit>>,
     /// For each input its line settings, and its first and last time.
     inputs: Vec<(LineSettings, Option<(Timestamp, Timestamp)>)>,
     /// How long bytes were on the wire, over all inputs with times.
@@ -83,20 +85,35 @@ impl Info {
             }
             Event::Lost(lost) => self.lost = self.lost.saturating_add(lost.count.max(1)),
             Event::Identified { identified, .. } => {
-                let unit = self.units.entry((bus.to_owned(), identified.address)).or_default();
+                let unit = self.unit(bus, identified.address);
                 unit.device = Some(identified.device.to_string());
                 unit.serial_number.clone_from(&identified.serial_number);
                 unit.evidence = Some(identified.evidence.clone());
                 unit.frames.clone_from(&identified.frames);
             }
             Event::Transaction { transaction, .. } => {
-                *self.outcomes.entry(transaction.outcome).or_default() += 1;
+                self.outcomes[transaction.outcome as usize] += 1;
                 if transaction.response.is_some_and(|side| !side.damaged) {
-                    self.units.entry((bus.to_owned(), transaction.address)).or_default().answers += 1;
+                    self.unit(bus, transaction.address).answers += 1;
                 }
             }
             Event::Reading { .. } => {}
         }
+    }
+
+    fn unit(&mut self, bus: &str, address: u8) -> &mut Unit {
+        // The name is copied once a bus, not once a transaction.
+        if !self.units.contains_key(bus) {
+            self.units.insert(bus.to_owned(), BTreeMap::new());
+        }
+        let units = self.units.get_mut(bus).expect("inserted just above");
+        units.entry(address).or_default()
+    }
+
+    /// Returns all units with their bus and address.
+    fn units(&self) -> impl Iterator<Item = (&str, u8, &Unit)> {
+        let buses = self.units.iter();
+        buses.flat_map(|(bus, units)| units.iter().map(|(address, unit)| (bus.as_str(), *address, unit)))
     }
 
     fn place(&mut self, place: &Place<'_>) {
@@ -123,7 +140,7 @@ impl Info {
     }
 
     fn transactions(&self) -> u64 {
-        self.outcomes.values().sum()
+        self.outcomes.iter().sum()
     }
 
     /// Returns the line settings of all inputs, or `None` when they differ.
@@ -134,16 +151,16 @@ impl Info {
 
     /// Returns the summary as one JSON object.
     pub fn to_json(&self) -> String {
-        let devices = self.units.iter().map(|((bus, address), unit)| DeviceRow {
+        let devices = self.units().map(|(bus, address, unit)| DeviceRow {
             bus,
-            address: *address,
+            address,
             device: unit.device.as_deref(),
             serial_number: unit.serial_number.as_deref(),
             evidence: unit.evidence.as_deref(),
             frames: &unit.frames,
             answers: unit.answers,
         });
-        let count = |outcome| self.outcomes.get(&outcome).copied().unwrap_or(0);
+        let count = |outcome: Outcome| self.outcomes[outcome as usize];
         let summary = Summary {
             bytes: self.bytes,
             frames: self.frames,
@@ -192,12 +209,13 @@ impl Info {
         writeln!(out, "damaged       {} {runs}, {} bytes, {share:.2} %", self.damaged, self.damaged_bytes)?;
         writeln!(out, "transactions  {}", self.transactions())?;
         for outcome in Outcome::ALL {
-            if let Some(count) = self.outcomes.get(&outcome) {
+            let count = self.outcomes[outcome as usize];
+            if count > 0 {
                 writeln!(out, "  {:<14}{count:>8}", outcome.name())?;
             }
         }
-        writeln!(out, "devices       {}", self.units.len())?;
-        for ((_, address), unit) in &self.units {
+        writeln!(out, "devices       {}", self.units().count())?;
+        for (_, address, unit) in self.units() {
             let device = unit.device.as_deref().unwrap_or("not recognised");
             let serial = unit.serial_number.as_deref().unwrap_or("-");
             write!(out, "  {address:>3}  {device:<24} {serial:<13}{:>8} answers", unit.answers)?;

@@ -166,6 +166,14 @@ fn quote_plain(name: &'static str, out: &mut Vec<u8>) {
 }
 
 fn quote(text: &str, out: &mut Vec<u8>) {
+    // Without a way out of the loop it is a few vector instructions.
+    let escapes = |found: bool, &byte: &u8| found | (byte < b' ') | (byte == b'"') | (byte == b'\\');
+    if !text.as_bytes().iter().fold(false, escapes) {
+        out.reserve(text.len() + 2);
+        out.push(b'"');
+        out.extend_from_slice(text.as_bytes());
+        return out.push(b'"'); // nothing to escape, as nearly always
+    }
     if text.bytes().all(|c| c >= b' ' && c != b'"' && c != b'\\') {
         out.push(b'"');
         out.extend_from_slice(text.as_bytes());

@@ -3,6 +3,8 @@
 //! `cargo test --release --test scenarios -- --ignored --nocapture` prints the whole table of the README's claims:
 //! every scenario behind every adapter, at least 20,000 frames each, pooled over ten seeds that nothing was tuned to.
 
+#![allow(clippy::print_stdout)] // the table is what the ignored test is for
+
 mod tally;
 
 use rtutap::line::LineSettings;

@@ -22,9 +22,9 @@ pub struct Experience {
     service: [bool; 256],
     echoes: f32,
     requests: f32,
-    ln_echo: f32,
-    ln_no_echo: f32,
     hold_ns: i64,
+    trusts_any: bool,
+    epoch: u32,
 }
 
 impl Experience {
@@ -34,19 +34,17 @@ impl Experience {
         for &address in &shapes.service_addresses {
             service[usize::from(address)] = true;
         }
-        let mut new = Experience {
+        Experience {
             frames: [0; 256],
             functions: [0; 256],
             latency: vec![Latency::default(); 256],
             service,
             echoes: 0.02 * 20.0,
             requests: 20.0,
-            ln_echo: 0.0,
-            ln_no_echo: 0.0,
             hold_ns: 0,
-        };
-        new.update_echo();
-        new
+            trusts_any: false,
+            epoch: 0,
+        }
     }
 
     /// Sets the longest time the adapter keeps a byte back, in nanoseconds.
@@ -80,6 +78,16 @@ impl Experience {
         self.functions[usize::from(function)] >= 2
     }
 
+    /// Tells whether any unknown function code was accepted twice.
+    pub fn trusts_any(&self) -> bool {
+        self.trusts_any
+    }
+
+    /// Counts the changes of what is thought of units and functions: scores without time are the same in between.
+    pub fn epoch(&self) -> u32 {
+        self.epoch
+    }
+
     /// Tells whether devices answer at the reserved address.
     pub fn is_service(&self, address: u8) -> bool {
         self.service[usize::from(address)]
@@ -88,10 +96,15 @@ impl Experience {
     /// Counts a frame; `any_length` when only its CRC showed its end.
     pub fn saw_frame(&mut self, address: u8, function: u8, any_length: bool) {
         let frames = &mut self.frames[usize::from(address)];
-        *frames = frames.saturating_add(1);
+        if *frames < 2 {
+            *frames += 1;
+            self.epoch += 1;
+        }
         if any_length {
             let functions = &mut self.functions[usize::from(function)];
             *functions = functions.saturating_add(1);
+            self.trusts_any |= *functions >= 2;
+            self.epoch += 1;
         }
     }
 
@@ -107,23 +120,20 @@ impl Experience {
             self.requests /= 2.0;
             self.echoes /= 2.0;
         }
-        self.update_echo();
     }
 
-    fn update_echo(&mut self) {
-        let ratio = (self.echoes / self.requests).clamp(0.001, 0.999);
-        self.ln_echo = ratio.ln();
-        self.ln_no_echo = (1.0 - ratio).ln();
+    fn echo_ratio(&self) -> f32 {
+        (self.echoes / self.requests).clamp(0.001, 0.999)
     }
 
     /// Returns the logarithm of the share of requests that are echoed.
     pub fn ln_echo(&self) -> f32 {
-        self.ln_echo
+        self.echo_ratio().ln()
     }
 
     /// Returns the logarithm of the share of requests that are not echoed.
     pub fn ln_no_echo(&self) -> f32 {
-        self.ln_no_echo
+        (1.0 - self.echo_ratio()).ln()
     }
 
     /// Takes in how long a unit took to answer, in nanoseconds.
@@ -142,7 +152,8 @@ impl Experience {
         if latency.answers < 3 {
             return FIRST_LIMIT_NS + self.hold_ns;
         }
-        (latency.mean + 6.0 * latency.deviation) as i64 + 10 * MILLISECOND + self.hold_ns
+        let usual = (latency.mean + 6.0 * latency.deviation) as i64; // saturates
+        usual.saturating_add(10 * MILLISECOND).saturating_add(self.hold_ns)
     }
 }
 

@@ -4,18 +4,21 @@
 //! one reading and no other frame, whole or one byte short, can hide in the bytes, the rivals are few: unfinished
 //! frames at the same start, whose scores are computed; and unfinished ones after junk, which are bounded.
 
-use crate::decode::candidate::{Basis, Candidate, MIN_FRAME, candidates};
+use crate::decode::candidate::{
+    Basis, Candidate, Candidates, MIN_FRAME, Oddity, candidates, has_known_length,
+};
 use crate::decode::crc;
-use crate::decode::frame::{Boundary, Role};
+use crate::decode::frame::{Boundary, MAX_FRAME, Role};
 use crate::decode::framer::lattice::{Context, FrameEdge, Kind, readings, zero_extension};
 use crate::decode::framer::outstanding::Outstanding;
+use crate::decode::framer::reading::Readings;
 use crate::decode::framer::score;
 
 /// Says what the bytes after the root are.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Glance {
     /// A frame, beyond doubt.
-    Frame(FrameEdge),
+    Frame(FrameEdge, Readings),
     /// The beginning of a frame, and nothing else that could be decided yet.
     Wait,
     /// A case for the lattice.
@@ -28,26 +31,71 @@ pub fn glance(offset: u64, outstanding: Option<&Outstanding>, context: &Context<
     if bytes.len() < MIN_FRAME {
         return Glance::Wait;
     }
-    let found = candidates(&bytes[..bytes.len().min(crate::decode::frame::MAX_FRAME)], context.shapes);
+    if let Some(outstanding) = outstanding
+        && let Some(answer) = plain_answer(offset, outstanding, bytes, context)
+    {
+        return answer;
+    }
+    let within = &bytes[..bytes.len().min(MAX_FRAME)];
+    let mut found = candidates(within, context.shapes);
     let list = found.as_slice();
     if list.is_empty() || list.iter().any(|candidate| candidate.basis == Basis::AnyLength) {
         return Glance::Unsure;
     }
     let Some(length) = shortest_good(list, bytes) else {
         let waits = found.undecided || list.iter().any(|c| usize::from(c.length) > bytes.len());
-        let within = &bytes[..bytes.len().min(crate::decode::frame::MAX_FRAME)];
         return if waits && !hides_frame(within, context) { Glance::Wait } else { Glance::Unsure };
     };
     let frame = &bytes[..length];
     if hides_frame(frame, context) {
         return Glance::Unsure;
     }
-    // What the lattice sees when the last byte of the frame comes in: nothing that follows.
-    let then = candidates(frame, context.shapes);
-    match beyond_doubt(offset, outstanding, then.as_slice(), frame, context) {
-        Some(edge) => Glance::Frame(edge),
+    if !header_ends_within(frame) {
+        // What the lattice sees when the last byte of the frame comes in: nothing that follows.
+        found = candidates(frame, context.shapes);
+    }
+    match beyond_doubt(offset, outstanding, &found, frame, context) {
+        Some(edge) => {
+            let end = context.end(edge.end() - 1);
+            let readings = Readings::new(found.as_slice(), frame, offset, edge.boundary, end, context.shapes);
+            Glance::Frame(edge, readings)
+        }
         None => Glance::Unsure,
     }
+}
+
+/// Recognises the registers that were asked for, by far the commonest answer; all else is left to the rest.
+fn plain_answer(
+    offset: u64,
+    outstanding: &Outstanding,
+    bytes: &[u8],
+    context: &Context<'_>,
+) -> Option<Glance> {
+    let length = outstanding.plain_response_length(bytes)?;
+    let frame = bytes.get(..length)?;
+    // As a request it would have to name a quantity that it does not.
+    let no_request = frame[4] != 0 || frame[5] > 125;
+    if !no_request || !crc::is_good(frame) || hides_frame(frame, context) {
+        return None;
+    }
+    let candidate = Candidate {
+        role: Role::Response,
+        length: length as u16,
+        basis: Basis::Standard,
+        oddity: Oddity::None,
+    };
+    let begin = context.begin(offset);
+    let (kind, reading) = readings(Some(outstanding), 0, candidate, frame, begin, context)[0]?;
+    let score = score::frame(candidate, frame, context.experience) + reading;
+    let rival = score::JUNK_OPEN + score::JUNK_BYTE + score::BEST_TAIL;
+    let edge = FrameEdge { offset, length: length as u16, kind, boundary: Boundary::Length, score };
+    let readings = Readings { request: None, response: Some(candidate) };
+    (rival < score - score::MARGIN).then_some(Glance::Frame(edge, readings))
+}
+
+/// Tells whether the frame is long enough to show all its candidates' lengths.
+fn header_ends_within(frame: &[u8]) -> bool {
+    matches!(frame[1], 1..=6 | 15 | 16) && frame.len() >= 7
 }
 
 /// Returns the shortest candidate length whose CRC is good.
@@ -68,25 +116,51 @@ fn shortest_good(list: &[Candidate], bytes: &[u8]) -> Option<usize> {
 
 /// Tells whether a frame may begin inside the bytes and be whole, or whole but for a last 00.
 fn hides_frame(bytes: &[u8], context: &Context<'_>) -> bool {
-    (1..bytes.len().saturating_sub(MIN_FRAME - 2)).any(|at| {
-        let inner = &bytes[at..];
-        MAY_BEGIN[usize::from(inner[1])] && may_end(inner, context)
+    let trusts_any = context.experience.trusts_any();
+    // The shortest hidden frame is one byte short of the four that a frame has at least.
+    let inner = bytes.windows(MIN_FRAME - 1).enumerate().skip(1);
+    inner.into_iter().any(|(at, head)| match CLASS[usize::from(head[1])] {
+        Class::None => false,
+        Class::AnyLength => trusts_any && may_end(&bytes[at..], context),
+        Class::Exception => {
+            matches!(head[2], 1..=0x7F) && bytes.len() - at >= 4 && may_end(&bytes[at..], context)
+        }
+        Class::Read => {
+            let shortest = (5 + usize::from(head[2])).min(8);
+            bytes.len() - at + 1 >= shortest && may_end(&bytes[at..], context)
+        }
+        Class::Other => may_end(&bytes[at..], context),
     })
 }
 
-/// Function codes that a frame may have after junk, without those of any length.
-static MAY_BEGIN: [bool; 256] = {
-    let mut table = [false; 256];
-    let mut function = 1;
-    while function < 255 {
-        table[function] = function != 0x80;
+/// Sorts function codes by what rules a hidden frame out at a glance.
+#[derive(Clone, Copy)]
+enum Class {
+    None,
+    Read,
+    Exception,
+    AnyLength,
+    Other,
+}
+
+static CLASS: [Class; 256] = {
+    let mut table = [Class::AnyLength; 256];
+    let mut function = 0;
+    while function < 256 {
+        table[function] = match function as u8 {
+            0 | 0x80 | 0xFF => Class::None,
+            1..=4 => Class::Read,
+            0x81.. => Class::Exception,
+            function if has_known_length(function) => Class::Other,
+            _ => Class::AnyLength,
+        };
         function += 1;
     }
     table
 };
 
 fn may_end(bytes: &[u8], context: &Context<'_>) -> bool {
-    if bytes[1] < 0x80 && !crate::decode::candidate::has_known_length(bytes[1]) {
+    if bytes[1] < 0x80 && !has_known_length(bytes[1]) {
         return context.experience.trusts_function(bytes[1]);
     }
     candidates(bytes, context.shapes).as_slice().iter().any(|candidate| match candidate.basis {
@@ -103,14 +177,14 @@ fn may_end(bytes: &[u8], context: &Context<'_>) -> bool {
 fn beyond_doubt(
     offset: u64,
     outstanding: Option<&Outstanding>,
-    list: &[Candidate],
+    found: &Candidates,
     frame: &[u8],
     context: &Context<'_>,
 ) -> Option<FrameEdge> {
     let begin = context.begin(offset);
     let mut best: Option<(Kind, f32)> = None;
     let mut rival = score::JUNK_OPEN + score::JUNK_BYTE + score::BEST_TAIL;
-    for candidate in list {
+    for candidate in found.as_slice() {
         if usize::from(candidate.length) == frame.len() {
             let base = score::frame(*candidate, frame, context.experience);
             for (kind, score) in

@@ -8,13 +8,16 @@ mod experience;
 mod fast;
 mod lattice;
 mod outstanding;
+mod polled;
+mod reading;
 pub(in crate::decode) mod score;
 
 use std::collections::VecDeque;
 use std::sync::Arc;
 
+use crate::decode::candidate::candidates;
 use crate::decode::chunk::Chunk;
-use crate::decode::frame::{Boundary, Role};
+use crate::decode::frame::Boundary;
 use crate::decode::shape::Shapes;
 use crate::decode::stamp::{Stamper, WAKE_NS};
 use crate::decode::store::Store;
@@ -25,6 +28,8 @@ pub use experience::Experience;
 use fast::Glance;
 use lattice::{Context, FrameEdge, Handed, Kind, Lattice};
 pub use outstanding::{Fit, Outstanding};
+use polled::Polled;
+pub use reading::{Asked, Readings};
 
 /// Nanoseconds that an unfinished frame is held at least.
 const HOLD_NS: i64 = 120 * MILLISECOND;
@@ -43,8 +48,8 @@ pub enum Piece {
         offset: u64,
         /// Bytes, address to CRC.
         length: u16,
-        /// The framer's own guess; pairing decides with hindsight.
-        role: Role,
+        /// How it can be read; pairing decides with hindsight.
+        readings: Readings,
         /// What showed its end.
         boundary: Boundary,
         /// From 0 to 0.99.
@@ -75,6 +80,9 @@ pub struct Framer {
     junk: Option<(u64, u64, Option<Outstanding>)>,
     pieces: VecDeque<Piece>,
     short_cut: bool,
+    polled: Polled,
+    /// The last score of requests and of responses turned into a confidence, and that: most frames score alike.
+    confidence: [(f32, f32); 2],
 }
 
 macro_rules! context {
@@ -104,6 +112,8 @@ impl Framer {
             junk: None,
             pieces: VecDeque::new(),
             short_cut: true,
+            polled: Polled::new(),
+            confidence: [(0.0, score::confidence(0.0)); 2],
         }
     }
 
@@ -149,8 +159,33 @@ impl Framer {
 
     /// Decides what the bytes so far allow, and returns the next piece, in stream order.
     pub fn next_piece(&mut self) -> Option<Piece> {
-        while self.pieces.is_empty() && self.advance() {}
-        self.pieces.pop_front()
+        loop {
+            if let Some(piece) = self.pieces.pop_front() {
+                return Some(piece);
+            }
+            if self.short_cut
+                && let Some(outstanding) = self.lattice.settled()
+            {
+                let asks = outstanding.is_none();
+                if asks && let Some((edge, readings)) = self.recall() {
+                    return Some(self.take_short_cut(edge, readings));
+                }
+                match fast::glance(self.lattice.root(), outstanding, &context!(self)) {
+                    Glance::Frame(edge, readings) => {
+                        if asks {
+                            self.remember(edge, readings);
+                        }
+                        return Some(self.take_short_cut(edge, readings));
+                    }
+                    Glance::Wait => return None,
+                    Glance::Unsure => {}
+                }
+            }
+            if self.lattice.end() == self.store.end() {
+                return None;
+            }
+            self.step();
+        }
     }
 
     /// Tells whether the next piece is decided already, and is a frame.
@@ -169,41 +204,41 @@ impl Framer {
         self.experience.set_hold_ns(self.stamper.hold_ns());
     }
 
-    /// Looks at the next frame or byte; returns whether there was one.
-    fn advance(&mut self) -> bool {
-        if self.short_cut
-            && let Some(outstanding) = self.lattice.settled()
-        {
-            match fast::glance(self.lattice.root(), outstanding, &context!(self)) {
-                Glance::Frame(edge) => {
-                    self.take_short_cut(edge);
-                    return true;
-                }
-                Glance::Wait => return false,
-                Glance::Unsure => {}
-            }
+    /// Returns the request at the root if its bytes were beyond doubt before, with nothing outstanding as now.
+    fn recall(&self) -> Option<(FrameEdge, Readings)> {
+        let offset = self.lattice.root();
+        let bytes = self.store.slice(offset, offset + 8).try_into().ok()?;
+        let (score, readings) = self.polled.recall(bytes, self.experience.epoch())?;
+        let mut readings = *readings;
+        if let Some(asked) = &mut readings.request {
+            asked.outstanding.offset = offset;
+            asked.outstanding.end = context!(self).end(offset + 7);
         }
-        if self.lattice.end() == self.store.end() {
-            return false;
-        }
-        self.step();
-        true
+        let (length, kind, boundary) = (8, Kind::Request, Boundary::Length);
+        Some((FrameEdge { offset, length, kind, boundary, score }, readings))
     }
 
-    fn take_short_cut(&mut self, edge: FrameEdge) {
-        let before = self.lattice.root_outstanding().copied();
+    fn remember(&mut self, edge: FrameEdge, readings: Readings) {
         let bytes = self.store.slice(edge.offset, edge.end());
+        if edge.kind == Kind::Request
+            && let Ok(bytes) = bytes.try_into()
+        {
+            self.polled.remember(bytes, self.experience.epoch(), edge.score, readings);
+        }
+    }
+
+    /// Hands over a frame that the lattice need not see.
+    fn take_short_cut(&mut self, edge: FrameEdge, readings: Readings) -> Piece {
+        let before = self.lattice.root_outstanding().copied();
         let after = match edge.kind {
-            Kind::Request => {
-                let end = context!(self).end(edge.end() - 1);
-                Some(Outstanding::new(edge.offset, bytes, end, &self.shapes))
-            }
+            Kind::Request => readings.request.map(|asked| asked.outstanding),
             Kind::Echo => before.map(Outstanding::after_echo),
             Kind::Response(Fit::None) => before,
             Kind::Response(_) => None,
         };
-        self.hand_over_frame(edge, before);
+        self.learn(edge, before);
         self.lattice.skip(edge.end(), after);
+        self.piece(edge, readings)
     }
 
     /// Takes one byte into the lattice and hands over what that decides.
@@ -229,11 +264,9 @@ impl Framer {
                     self.junk = Some((from, offset + 1, before));
                 }
                 Handed::Frame(edge) => {
-                    self.hand_over_frame(edge, outstanding);
+                    let readings = self.hand_over_frame(edge, outstanding);
                     if edge.kind == Kind::Request {
-                        let bytes = self.store.slice(edge.offset, edge.end());
-                        let end = context!(self).end(edge.end() - 1);
-                        outstanding = Some(Outstanding::new(edge.offset, bytes, end, &self.shapes));
+                        outstanding = readings.request.map(|asked| asked.outstanding);
                     } else if matches!(edge.kind, Kind::Response(Fit::Full | Fit::Function)) {
                         outstanding = None;
                     }
@@ -248,16 +281,16 @@ impl Framer {
         }
     }
 
-    fn hand_over_frame(&mut self, edge: FrameEdge, outstanding: Option<Outstanding>) {
+    fn hand_over_frame(&mut self, edge: FrameEdge, outstanding: Option<Outstanding>) -> Readings {
         self.flush_junk();
         self.learn(edge, outstanding);
-        self.pieces.push_back(Piece::Frame {
-            offset: edge.offset,
-            length: edge.length,
-            role: if matches!(edge.kind, Kind::Response(_)) { Role::Response } else { Role::Request },
-            boundary: edge.boundary,
-            confidence: score::confidence(edge.score),
-        });
+        let bytes = self.store.slice(edge.offset, edge.end());
+        let end = context!(self).end(edge.end() - 1);
+        let list = candidates(bytes, &self.shapes);
+        let readings = Readings::new(list.as_slice(), bytes, edge.offset, edge.boundary, end, &self.shapes);
+        let piece = self.piece(edge, readings);
+        self.pieces.push_back(piece);
+        readings
     }
 
     /// Learns from a frame that is decided: its unit, its latency, whether it was an echo.
@@ -315,5 +348,19 @@ impl Framer {
             self.cut(self.lattice.end());
         }
         self.flush_junk();
+    }
+
+    fn piece(&mut self, edge: FrameEdge, readings: Readings) -> Piece {
+        let last = &mut self.confidence[usize::from(matches!(edge.kind, Kind::Response(_)))];
+        if last.0 != edge.score {
+            *last = (edge.score, score::confidence(edge.score));
+        }
+        Piece::Frame {
+            offset: edge.offset,
+            length: edge.length,
+            readings,
+            boundary: edge.boundary,
+            confidence: last.1,
+        }
     }
 }

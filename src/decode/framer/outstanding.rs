@@ -116,6 +116,21 @@ impl Outstanding {
         .filter(|length| *length <= crate::decode::frame::MAX_FRAME)
     }
 
+    /// Returns the length of the answer that begins here, if it holds just the registers asked for and no device
+    /// declares anything else for them.
+    pub fn plain_response_length(&self, bytes: &[u8]) -> Option<usize> {
+        let [address, function, count, ..] = *bytes else { return None };
+        let plain = matches!(function, 3 | 4)
+            && function == self.function
+            && address == self.address
+            && !self.service
+            && !self.declared
+            && !self.counts_registers
+            && (1..=125).contains(&self.quantity)
+            && u16::from(count) == 2 * self.quantity;
+        plain.then_some(5 + usize::from(count))
+    }
+
     /// Says how a whole response fits.
     pub fn fit(&self, candidate: Candidate, bytes: &[u8]) -> Fit {
         if !self.unit_and_function(bytes) || self.is_broadcast() {

@@ -126,7 +126,9 @@ impl Assembler {
         for open in &mut self.open {
             open.superseded.get_or_insert(at);
         }
-        self.close_where(|open| open.damaged.is_some());
+        if self.open.iter().any(|open| open.damaged.is_some()) {
+            self.close_where(|open| open.damaged.is_some());
+        }
     }
 
     fn close_where(&mut self, closed: impl Fn(&Open) -> bool) {
@@ -145,8 +147,10 @@ impl Assembler {
             return self.unsolicited(item, None);
         };
         let open = self.open.remove(index);
-        self.close_where(|other| other.part.id < id && other.address == open.address);
-        self.close_untimed(id);
+        if !self.open.is_empty() {
+            self.close_where(|other| other.part.id < id && other.address == open.address);
+            self.close_untimed(id);
+        }
         let outcome = match (open.superseded, is_exception(item)) {
             (Some(_), _) => Outcome::Late,
             (None, true) => Outcome::Exception,
@@ -190,7 +194,9 @@ impl Assembler {
 
     /// Gives up what can no longer be answered by `now`.
     pub fn expire(&mut self, now: Timestamp) {
-        self.close_where(|open| open.closes() <= now);
+        if self.deadline().is_some_and(|due| due <= now) {
+            self.close_where(|open| open.closes() <= now);
+        }
     }
 
     /// Gives up everything: the input has ended.

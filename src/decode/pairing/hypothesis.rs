@@ -5,8 +5,8 @@
 
 use crate::decode::candidate::Candidate;
 use crate::decode::framer::score;
-use crate::decode::framer::{Experience, Fit, Outstanding};
-use crate::decode::pairing::item::{Asked, Item, Readings};
+use crate::decode::framer::{Asked, Experience, Fit, Outstanding, Readings};
+use crate::decode::pairing::item::Item;
 use crate::time::Timestamp;
 
 /// Hypotheses kept.
@@ -112,6 +112,21 @@ impl<'a> Reader<'a> {
         }
     }
 
+    /// Returns the one way to read a frame, where there is no other to weigh it against.
+    fn only(&self) -> Option<(Choice, State)> {
+        match (&self.view.readings.request, self.view.readings.response) {
+            (Some(_), None) if self.outstanding.as_ref().is_none_or(|o| !o.same_bytes(self.view.bytes)) => {
+                Some((Choice::Request, State { outstanding: Some(self.view.item.id), ..State::default() }))
+            }
+            (None, Some(candidate)) => {
+                let (outstanding, id) = (self.outstanding.as_ref()?, self.state.outstanding?);
+                let full = outstanding.fit(candidate, self.view.bytes) == Fit::Full;
+                full.then_some((Choice::Response(id), State::default()))
+            }
+            _ => None,
+        }
+    }
+
     fn as_request(&self, asked: &Asked, offer: &mut impl FnMut(Reading)) {
         let (view, junk) = (self.view, self.state.junk);
         let base = score::frame(asked.candidate, view.bytes, view.experience);
@@ -188,11 +203,13 @@ pub struct Beam {
     requests: Requests,
 }
 
-impl Beam {
-    pub fn new() -> Self {
+impl Default for Beam {
+    fn default() -> Self {
         Beam { hypotheses: vec![Hypothesis::default()], spare: Vec::new(), requests: Requests::default() }
     }
+}
 
+impl Beam {
     /// Reads an item; returns its choice at once when nothing is open and nothing else comes near.
     pub fn push(&mut self, view: &View<'_>) -> Option<Choice> {
         let choice = self.at_once(view);
@@ -212,8 +229,13 @@ impl Beam {
         if !only.choices.is_empty() {
             return None;
         }
+        let reader = Reader::new(only.state, &self.requests, view);
+        if let Some((choice, next)) = reader.only() {
+            only.state = next;
+            return Some(choice);
+        }
         let (mut best, mut rival) = (None::<Reading>, f32::MIN);
-        Reader::new(only.state, &self.requests, view).read(|reading| match &best {
+        reader.read(|reading| match &best {
             Some(known) if known.score >= reading.score => rival = rival.max(reading.score),
             Some(known) => {
                 rival = rival.max(known.score);
@@ -280,6 +302,13 @@ impl Beam {
     /// Forgets requests that nothing can answer or echo any more.
     pub fn forget(&mut self, closed: impl Fn(u64) -> bool) {
         let (hypotheses, requests) = (&mut self.hypotheses, &mut self.requests.0);
+        if let ([(id, request)], [only]) = (requests.as_slice(), hypotheses.as_mut_slice())
+            && only.state.outstanding.is_none()
+            && closed(*id)
+            && !request.is_broadcast()
+        {
+            return requests.clear(); // nearly always: the request just answered
+        }
         requests.retain(|(id, request)| {
             // A broadcast is closed at once, but may still be echoed.
             let waits = hypotheses.iter().any(|h| h.state.outstanding == Some(*id));

@@ -1,10 +1,7 @@
 //! What pairing looks at: frames and damaged runs, in stream order.
 
-use crate::decode::candidate::{Basis, Candidate, candidates};
 use crate::decode::frame::{Boundary, Reason, Role, WireTime};
-use crate::decode::framer::Outstanding;
 use crate::decode::function::FunctionCode;
-use crate::decode::shape::Shapes;
 use crate::time::{Span, Timestamp};
 
 /// Is a frame or a damaged run with its place and time.
@@ -84,46 +81,4 @@ impl Part {
     pub fn end(&self) -> u64 {
         self.offset + u64::from(self.length)
     }
-}
-
-/// Is how a frame can be read; a damaged run cannot.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Readings {
-    /// As a request.
-    pub request: Option<Asked>,
-    /// As a response.
-    pub response: Option<Candidate>,
-}
-
-/// Is a frame read as a request.
-#[derive(Clone, Copy, Debug)]
-pub struct Asked {
-    /// The form.
-    pub candidate: Candidate,
-    /// What an answer must match.
-    pub outstanding: Outstanding,
-}
-
-/// Reads a frame both ways.
-pub fn frame_readings(
-    bytes: &[u8],
-    offset: u64,
-    boundary: Boundary,
-    end: Option<Timestamp>,
-    shapes: &Shapes,
-) -> Readings {
-    let list = candidates(bytes, shapes);
-    let of = |role: Role| {
-        let fits = |c: &&Candidate| {
-            c.role == role
-                && match boundary {
-                    Boundary::Length => usize::from(c.length) == bytes.len(),
-                    Boundary::Crc => c.basis == Basis::AnyLength,
-                }
-        };
-        list.as_slice().iter().find(fits).copied()
-    };
-    let request = of(Role::Request)
-        .map(|candidate| Asked { candidate, outstanding: Outstanding::new(offset, bytes, end, shapes) });
-    Readings { request, response: of(Role::Response) }
 }

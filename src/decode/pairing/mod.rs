@@ -7,7 +7,7 @@ mod item;
 
 use std::collections::VecDeque;
 
-use crate::decode::framer::Experience;
+use crate::decode::framer::{Experience, Readings};
 use crate::decode::store::Store;
 use crate::time::Timestamp;
 
@@ -15,7 +15,7 @@ pub use assemble::Assembled;
 use assemble::Assembler;
 pub use hypothesis::Choice;
 use hypothesis::{Beam, View, lag_ends};
-pub use item::{Item, Part, Readings, What, frame_readings};
+pub use item::{Item, Part, What};
 
 /// Is what pairing hands out, in the order in which it was decided.
 #[derive(Clone, Copy, Debug)]
@@ -27,7 +27,7 @@ pub enum Settled {
 }
 
 /// Decides roles and pairs; pure, with time as an argument.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Pairing {
     beam: Beam,
     /// Items whose choice is open, each with its first byte.
@@ -37,16 +37,6 @@ pub struct Pairing {
 }
 
 impl Pairing {
-    /// Makes a pairing that has seen nothing.
-    pub fn new() -> Self {
-        Pairing {
-            beam: Beam::new(),
-            undecided: VecDeque::new(),
-            assembler: Assembler::default(),
-            settled: VecDeque::new(),
-        }
-    }
-
     /// Takes in the next frame or run, with how it can be read.
     pub fn push(&mut self, item: Item, readings: &Readings, store: &Store, experience: &Experience) {
         let bytes = store.slice(item.offset, item.end());
@@ -88,7 +78,7 @@ impl Pairing {
     }
 
     /// Returns what was settled next.
-    pub fn next(&mut self) -> Option<Settled> {
+    pub fn take(&mut self) -> Option<Settled> {
         self.settled.pop_front()
     }
 
@@ -111,8 +101,8 @@ impl Pairing {
 
     /// Returns when silence decides something.
     pub fn deadline(&self) -> Option<Timestamp> {
-        let lag = self.undecided.front().map(|(item, _)| lag_ends(item));
-        [lag, self.assembler.deadline()].into_iter().flatten().min()
+        // Nothing is given up while an item before is undecided.
+        self.undecided.front().map(|(item, _)| lag_ends(item)).or_else(|| self.assembler.deadline())
     }
 
     /// Decides what is due by `now`.
