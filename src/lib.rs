@@ -4,6 +4,7 @@ pub mod analyze;
 pub mod capture;
 pub mod cli;
 pub mod command;
+pub mod config;
 pub mod decode;
 pub mod device;
 pub mod line;

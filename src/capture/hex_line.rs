@@ -4,7 +4,28 @@ use std::fmt::Write;
 
 use chrono::{DateTime, SecondsFormat};
 
+use super::directive;
 use crate::decode::chunk::{Chunk, ReadTime};
+use crate::line::LineSettings;
+use crate::time::MILLISECOND;
+
+/// Writes the comments that say how the bytes were received, as far as it is known, each with its line's end.
+///
+/// `is_raw` says that lines will have no times and be no reads.
+pub fn hex_heading(line: Option<LineSettings>, adapter_hold_ns: Option<i64>, is_raw: bool) -> String {
+    let mut text = String::new();
+    // Writing to a string cannot fail.
+    if let Some(line) = line {
+        let _ = writeln!(text, "# line {line}");
+    }
+    if let Some(ns) = adapter_hold_ns {
+        let _ = writeln!(text, "# adapter-hold {} ms", ns as f64 / MILLISECOND as f64);
+    }
+    if is_raw {
+        let _ = writeln!(text, "# {}", directive::RAW);
+    }
+    text
+}
 
 /// Writes a read as a line of hex text, without the line's end: its time in UTC if it has one, then the bytes.
 ///

@@ -62,9 +62,9 @@ pub struct Export {
     #[arg(long, value_enum, value_name = "NUMBER", default_value = "250")]
     pub link_type: LinkKind,
 
-    /// How to show times in CSV
-    #[arg(long, value_enum, default_value = "local")]
-    pub time: TimeKind,
+    /// How to show times in CSV [default: local]
+    #[arg(long, value_enum, env = "RTUTAP_TIME", hide_env_values = true)]
+    pub time: Option<TimeKind>,
 }
 
 /// Names the formats that can be written.

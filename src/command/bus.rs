@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::failure::Failure;
 use super::message;
 use super::progress::Progress;
-use crate::capture::Input;
+use crate::capture::{Input, InputFormat};
 use crate::cli;
 use crate::decode::chunk::Chunk;
 use crate::device::{Devices, Environment, Profile, Profiles};
@@ -43,6 +43,8 @@ pub(super) struct Origin {
     pub(super) line: LineSettings,
     /// Whether nobody said so.
     pub(super) line_is_assumed: bool,
+    /// Whether nothing is known of when bytes were read.
+    pub(super) is_raw: bool,
     /// The longest time the adapter kept a byte back, where it is known.
     pub(super) adapter_hold_ns: Option<i64>,
 }
@@ -84,12 +86,14 @@ pub(super) fn read(
     let mut ids = (0, 0);
     devices(args, profiles)?;
     for path in &args.inputs {
-        let input = Input::open(path, args.input_format.map(Into::into))?;
+        let mut input = Input::open(path, args.input_format.map(Into::into))?;
         let origin = Origin {
             line: line(args, &input),
             line_is_assumed: args.line.or(input.line()).is_none(),
-            adapter_hold_ns: args.adapter_hold.map(|hold| hold.0),
+            is_raw: input.format() == InputFormat::Raw,
+            adapter_hold_ns: args.adapter_hold.map(|hold| hold.0).or(input.adapter_hold_ns()),
         };
+        input.use_line(origin.line);
         let options = Options {
             line: origin.line,
             adapter_hold_ns: origin.adapter_hold_ns,
@@ -193,9 +197,10 @@ fn read_input<S: Sink>(
             count => format!(" and {} more", count - 1),
         };
         message::warning(format_args!(
-            "'{}': the time goes back in line {}{more}; the time before is taken instead",
+            "'{}': the time goes back in {} {}{more}; the time before is taken instead",
             input.name(),
-            back.line
+            back.unit,
+            back.first
         ));
     }
     // What was read before the trouble has been shown.

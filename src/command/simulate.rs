@@ -4,7 +4,7 @@ use std::io::Write;
 
 use super::failure::Failure;
 use super::output::Output;
-use crate::capture::hex_line;
+use crate::capture::{hex_heading, hex_line};
 use crate::cli;
 use crate::simulate::{Config, Scenario, Simulation, truth_json_line};
 
@@ -53,7 +53,7 @@ fn write_heading(out: &mut Vec<u8>, config: &Config) {
         "# rtutap simulate --scenario {} --adapter {adapter} --seed {seed} --frames {frames} --line {line}",
         scenario.name
     );
-    let _ = writeln!(out, "# line {line}");
+    out.extend_from_slice(hex_heading(Some(*line), None, false).as_bytes());
 }
 
 fn write_truth(simulation: &mut Simulation, truth: Option<&mut Output>) -> Result<(), Failure> {

@@ -18,7 +18,7 @@ mod field;
 mod identify;
 mod known;
 mod meaning;
-mod parse;
+pub(crate) mod parse;
 mod problem;
 mod profile;
 mod registry;

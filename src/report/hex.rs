@@ -6,7 +6,7 @@ use std::ops::Range;
 use super::held::Held;
 use super::{Format, Judge, Rows, Show};
 use crate::capture::hex_line;
-use crate::decode::chunk::{Chunk, LineError};
+use crate::decode::chunk::{Chunk, LineError, ReadTime};
 use crate::pipeline::Event;
 
 /// Turns reads into lines of hex text.
@@ -54,9 +54,15 @@ impl Hex {
     }
 }
 
+/// Bytes of a line that is no read.
+const LINE: usize = 32;
+
 fn line(chunk: &Chunk<'_>, out: &mut Vec<u8>) {
-    out.extend_from_slice(hex_line(chunk).as_bytes());
-    out.push(b'\n');
+    let is_read = chunk.time != ReadTime::Unknown;
+    for bytes in chunk.bytes.chunks(if is_read { chunk.bytes.len().max(1) } else { LINE }) {
+        out.extend_from_slice(hex_line(&Chunk { bytes, ..*chunk }).as_bytes());
+        out.push(b'\n');
+    }
 }
 
 /// Cuts reads down to what passes.

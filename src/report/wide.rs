@@ -27,9 +27,13 @@ impl Wide {
         Wide { clock, columns: Vec::new(), row: Vec::new(), transaction: None }
     }
 
+    /// Takes note of the time of an event, for relative times.
+    pub fn note_time(&mut self, event: &Event<'_>) {
+        self.clock.note(event);
+    }
+
     /// Takes an event; appends a row to `out` once its poll is over.
     pub fn event(&mut self, bus: &str, event: &Event<'_>, out: &mut Vec<u8>) {
-        self.clock.note(event);
         let Event::Reading { reading, time, address, transaction } = event else { return };
         if self.transaction != Some(*transaction) {
             self.finish_row(out);
