@@ -3,6 +3,7 @@
 //! Blocks are those of draft-ietf-opsawg-pcapng, little-endian. As RTAC serial (link type 250), each packet
 //! begins with a header of twelve bytes, big-endian: seconds, microseconds, event, control lines, footer
 //! (Wireshark's `packet-rtacser.c`). Events without bytes say what the UART complained about and what was lost.
+//! A packet's time is when its last byte had been received, as in hex text; the header has that of its first.
 
 use super::Format;
 use crate::decode::chunk::{LineError, LineErrorKind};
@@ -124,7 +125,8 @@ impl Pcapng {
                 LineErrorKind::Overrun => event::SERIAL_OVERFLOW_EVENT,
             };
             let comment = Some(format!("{} at byte {offset} of the next packet", kind.name()));
-            self.packet(bus, &Packet { time: start(place), event, bytes: &[], flags: 0, comment }, out);
+            let time = place.time.map(|time| time.end.midpoint());
+            self.packet(bus, &Packet { time, start: time, event, bytes: &[], flags: 0, comment }, out);
         }
     }
 }
@@ -132,6 +134,8 @@ impl Pcapng {
 /// Is what becomes a packet: bytes, or an event without any.
 struct Packet<'a> {
     time: Option<Timestamp>,
+    /// When it began, where that is another time.
+    start: Option<Timestamp>,
     event: u8,
     bytes: &'a [u8],
     flags: u32,
@@ -185,7 +189,8 @@ impl Format for Pcapng {
             }
             Event::Lost(lost) => {
                 let comment = Some(format!("{} bytes lost: {}", lost.count, lost.kind.name()));
-                Packet { time: lost.time, event: event::CAPTURE_DATA_LOST, bytes: &[], flags: 0, comment }
+                let event = event::CAPTURE_DATA_LOST;
+                Packet { time: lost.time, start: lost.time, event, bytes: &[], flags: 0, comment }
             }
             Event::Identified { .. } | Event::Transaction { .. } | Event::Reading { .. } => return,
         };
@@ -205,15 +210,13 @@ fn sent<'a>(role: Role, flags: u32, comment: Option<String>, place: &Place<'a>) 
         Role::Response => (event::DATA_RX_START, flag::INBOUND),
         Role::Unknown => (event::DATA_RX_START, 0),
     };
-    Packet { time: start(place), event, bytes: place.bytes, flags: flags | direction, comment }
-}
-
-fn start(place: &Place<'_>) -> Option<Timestamp> {
-    place.time.map(|time| time.start.midpoint())
+    let time = place.time.map(|time| time.end.midpoint());
+    let start = place.time.map(|time| time.start.midpoint());
+    Packet { time, start, event, bytes: place.bytes, flags: flags | direction, comment }
 }
 
 fn rtac_header(packet: &Packet<'_>, out: &mut Vec<u8>) {
-    let ns = packet.time.unwrap_or_default().as_ns().max(0);
+    let ns = packet.start.unwrap_or_default().as_ns().max(0);
     let seconds = u32::try_from(ns / SECOND).unwrap_or(u32::MAX);
     let microseconds = (ns % SECOND / 1000) as u32; // below a million
     out.extend_from_slice(&seconds.to_be_bytes());
