@@ -17,9 +17,9 @@ use rtutap::line::LineSettings;
 use rtutap::pipeline::Event;
 use rtutap::report::info::Info;
 use rtutap::report::{Json, Rows, Show};
-use rtutap::simulate::{Adapter, Scenario};
+use rtutap::simulate::{Adapter, Config, Scenario, Simulation};
 use rtutap::time::Timestamp;
-use support::traffic::{random, simulated};
+use support::traffic::random;
 
 /// Bytes a read, as `decode` reads raw files.
 const BLOCK: usize = 65536;
@@ -66,7 +66,10 @@ fn traffic() -> Vec<u8> {
     ["installation", "clean"]
         .into_iter()
         .filter_map(Scenario::named)
-        .flat_map(|scenario| simulated(scenario, Adapter::Uart, LineSettings::default(), 1, FRAMES))
+        .flat_map(|scenario| {
+            let (line, adapter) = (LineSettings::default(), Adapter::Idle64);
+            Simulation::new(Config { seed: 1, frames: FRAMES, line, adapter, scenario })
+        })
         .flat_map(|read| read.bytes)
         .collect()
 }

@@ -167,7 +167,7 @@ pub struct Bus {
     #[arg(long, value_enum, value_name = "FORMAT")]
     pub input_format: Option<InputKind>,
 
-    /// The longest time the adapter keeps a byte back; without it estimated from the reads
+    /// The longest time the adapter keeps a byte back; without it the recording's, or estimated from the reads
     #[arg(long, value_name = "MS", value_parser = milliseconds, env = "RTUTAP_ADAPTER_HOLD", hide_env_values = true, allow_negative_numbers = true)]
     pub adapter_hold: Option<Nanoseconds>,
 

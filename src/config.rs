@@ -11,9 +11,8 @@ use clap::ValueEnum;
 use etcetera::BaseStrategy;
 
 use crate::cli::{self, Assignment, Command, Nanoseconds, RowFormat, ShowKind, TimeKind};
-use crate::device::Problem;
-use crate::device::parse::section::{self, Located, Section};
 use crate::line::LineSettings;
+use crate::section::{self, Located, Problem, Section};
 
 /// Holds what a configuration file says; what it does not say is `None` or empty.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -216,26 +215,8 @@ fn choice<T: ValueEnum>(section: &Section<'_>, key: &str, word: Located<&str>) -
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::device::Environment;
 
     const SAMPLE: &str = include_str!("../config.sample.toml");
-
-    #[test]
-    fn the_sample_says_exactly_what_holds_without_it() {
-        let environment = Environment::default();
-        let defaults = Config {
-            line: None,
-            adapter_hold: None,
-            devices: Vec::new(),
-            profiles: Vec::new(),
-            salinity: Some(environment.salinity),
-            pressure_kpa: Some(environment.pressure_kpa),
-            show: Some(vec![ShowKind::Transactions]),
-            format: Some(RowFormat::default()),
-            time: Some(TimeKind::default()),
-        };
-        assert_eq!(Config::from_toml(SAMPLE), Ok(defaults));
-    }
 
     #[test]
     fn what_the_sample_has_as_comments_can_be_uncommented() {

@@ -10,7 +10,9 @@ fn path(name: &str) -> PathBuf {
 }
 
 fn content(name: &str) -> String {
-    std::fs::read_to_string(path(name)).expect("a capture")
+    #[expect(clippy::disallowed_methods, reason = "captures are files")]
+    let text = std::fs::read_to_string(path(name));
+    text.expect("a capture")
 }
 
 fn rtutap(args: &[&str]) -> Command {
@@ -96,11 +98,8 @@ fn every_frame_of_the_manuals_is_one_and_every_exchange_has_its_command() {
         ),
     ] {
         let lines = content(name).lines().filter(|line| line.starts_with(['<', '>'])).count();
-        assert_eq!(
-            count(&rows(name, "frames"), "type"),
-            counts([("frame", lines), ("identified", 1)]),
-            "{name}"
-        );
+        let kinds = count(&rows(name, "frames"), "type");
+        assert_eq!((kinds.get("frame"), kinds.get("damaged")), (Some(&lines), None), "{name}");
         let transactions = rows(name, "transactions");
         let found: Vec<_> =
             transactions.iter().map(|row| row["command"].as_str().unwrap_or("none")).collect();

@@ -2,6 +2,8 @@
 //!
 //! `cargo test --release --test garbage -- --ignored --nocapture` runs the full megabytes and prints the figures.
 
+#![allow(clippy::print_stdout)] // the figures are what the ignored test is for
+
 mod support;
 
 use rtutap::decode::chunk::ReadTime;

@@ -17,7 +17,8 @@ use rtutap::pipeline::{Event, Pipeline};
 use rtutap::simulate::{Adapter, Scenario};
 use rtutap::time::{MILLISECOND, Span, Timestamp};
 use support::traffic::{
-    any_bytes, any_reads, any_timed, crc, cuts, simulated, spoilt_traffic, timed, untimed, whole_exchanges,
+    any_bytes, any_reads, any_timed, crc, cuts, sealed, simulated, spoilt_traffic, timed, untimed,
+    whole_exchanges,
 };
 use support::{Read, assert_same_rows, decode, drain, feed, pipeline, profiles};
 
@@ -347,6 +348,22 @@ fn the_short_cut_equals_the_lattice_over_hundreds_of_thousands_of_frames() {
         let rows = compare_scenarios(line, 500..505, 1000);
         println!("{line}: {rows} rows the same");
     }
+}
+
+#[test]
+fn a_silence_that_later_bytes_rule_out_decides_the_same_with_and_without_the_short_cut() {
+    // Unit 3 is known, so `03 41` may begin a frame of an unknown function, if silence may lie before it. The
+    // read that follows at the same instant shows that there was none.
+    let exchange = [sealed(vec![3, 3, 2, 0, 0, 1]), sealed(vec![3, 3, 2, 0, 7])].concat();
+    let strange = [sealed(vec![4, 0x11, 3, 0x41, 0xFF, 0]), sealed(vec![3, 3, 4, 0, 1, 0, 2])].concat();
+    let at = |ms: i64| ReadTime::At(Timestamp::from_ns(ms * MILLISECOND));
+    let reads = [
+        Read { time: at(1000), bytes: exchange.clone() },
+        Read { time: at(2000), bytes: exchange },
+        Read { time: at(3000), bytes: strange[..4].to_vec() },
+        Read { time: at(3000), bytes: strange[4..].to_vec() },
+    ];
+    assert_short_cut_equals_lattice(new, &reads, "a silence ruled out");
 }
 
 #[test]

@@ -4,8 +4,11 @@ use super::*;
 
 const FRAME: &[u8] = b"\x01\x03\x26\x00\x00\x04\x4f\x41";
 
+/// A chunk: its time, bytes and line errors.
+type Packet = (ReadTime, Vec<u8>, Vec<LineErrorKind>);
+
 /// Reads a file as far as it goes: times, bytes and line errors, and how it ended.
-fn read(file: &[u8]) -> (Vec<(ReadTime, Vec<u8>, Vec<LineErrorKind>)>, Result<(), String>) {
+fn read(file: &[u8]) -> (Vec<Packet>, Result<(), String>) {
     let mut reader = Pcap::new(file);
     let mut chunks = Vec::new();
     loop {

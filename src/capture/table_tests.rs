@@ -84,7 +84,7 @@ fn any_table_with_times_and_bytes_is_read_in_its_unit_and_with_its_separator() {
         "time,data,duration\n0.25,4f,0",
         "TIME [ms];Data;Duration [us]\n250;0x4F;0",
         "\u{feff}# made by hand\n\nStart (us)\tbyte\tduration\n250000\t[4F]\t0\n",
-        "data,x,timestamp [ns],duration\n \"4F\" ,\"a,b\",250000000,0\n",
+        "data,x,timestamp [ns],duration\n\" 4F\" ,\"a,b\",250000000,0\n",
     ] {
         assert_eq!(read(text), [(ORIGIN_NS + 250_000_000, 0x4F, None)], "{text}");
     }

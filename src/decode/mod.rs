@@ -1,4 +1,9 @@
 //! From bytes to transactions: pure, with time and bytes as arguments.
+//!
+//! In the order of the data: [`chunk`] comes in, [`store`] keeps the bytes and [`stamp`] their times, [`framer`] finds
+//! the frames with [`candidate`], [`shape`] and [`crc`], [`damage`] names what is left, [`pairing`] decides who sent
+//! what and joins requests with answers. [`frame`], [`function`] and [`transaction`] are what comes out, and [`pdu`]
+//! reads a frame field by field.
 
 pub mod candidate;
 pub mod chunk;

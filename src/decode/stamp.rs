@@ -9,10 +9,14 @@ use std::collections::VecDeque;
 
 use crate::decode::chunk::ReadTime;
 use crate::line::LineSettings;
-use crate::time::{Interval, SECOND, Span, Timestamp};
+use crate::time::{Interval, MILLISECOND, SECOND, Span, Timestamp};
 
 /// Nanoseconds from a byte being there to an idle host reading it: the wake-up allowance.
 pub const WAKE_NS: i64 = 500_000;
+/// Data bytes of a full packet of the commonest USB adapters (FTDI AN232B-04).
+const PACKET: u64 = 62;
+/// Nanoseconds of their latency timer as it comes, with a millisecond for the USB.
+const LATENCY_TIMER_NS: i64 = 17 * MILLISECOND;
 /// Nanoseconds that an adapter is believed to keep a byte back at most; no driver comes near.
 const MOST_HOLD_NS: i64 = 60 * SECOND;
 
@@ -125,8 +129,7 @@ impl Stamper {
         self.timed |= timed;
         let length = length as u64;
         if timed && !self.hold_known && length > 1 {
-            let seen = self.character_ns.saturating_mul(length.min(64) as i64);
-            self.hold_ns = self.hold_ns.max(seen);
+            self.hold_ns = self.hold_ns.max(self.hold_seen_ns(length));
         }
         let entry = self.bound(read, timed, matches!(time, ReadTime::UnknownAfterSilence), length);
         self.tighten(self.first_latest(&entry) - self.character_ns);
@@ -135,6 +138,13 @@ impl Stamper {
         self.last_read = Some(read);
         self.end += length;
         self.reads.push_back(entry);
+    }
+
+    /// Estimates from a read of several bytes how long the adapter keeps a byte back at least, in nanoseconds.
+    fn hold_seen_ns(&self, length: u64) -> i64 {
+        let seen = self.run_ns(length.min(PACKET));
+        // On a fast line packets fill up before the timer runs out: their size says little about it.
+        if self.run_ns(PACKET) < LATENCY_TIMER_NS { seen.max(LATENCY_TIMER_NS) } else { seen }
     }
 
     /// Bounds a read's bytes by itself and the read before.
@@ -261,7 +271,6 @@ impl Stamper {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::time::MILLISECOND;
 
     const TC: i64 = 1_041_667; // a character at 9600 8N1
 
@@ -332,6 +341,25 @@ mod tests {
             assert_eq!(gap.least > 90 * MILLISECOND, certain, "{hold:?}");
             assert!(gap.most >= 98 * MILLISECOND);
         }
+    }
+
+    #[test]
+    fn an_unknown_adapter_on_a_fast_line_may_hold_bytes_for_its_timer() {
+        let fast = "115200-8N1".parse().expect("a line setting");
+        let mut stamper = Stamper::new(fast, None);
+        stamper.push(at(1000), 1);
+        assert_eq!(stamper.hold_ns(), 0);
+        stamper.push(at(1100), 2);
+        assert_eq!(stamper.hold_ns(), LATENCY_TIMER_NS);
+        let mut slow = stamper_of_two_bytes();
+        slow.push(at(1100), 16);
+        assert_eq!(slow.hold_ns(), 16 * TC);
+    }
+
+    fn stamper_of_two_bytes() -> Stamper {
+        let mut stamper = stamper(None);
+        stamper.push(at(1000), 2);
+        stamper
     }
 
     #[test]

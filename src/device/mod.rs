@@ -18,19 +18,20 @@ mod field;
 mod identify;
 mod known;
 mod meaning;
-pub(crate) mod parse;
+mod parse;
 mod problem;
 mod profile;
 mod registry;
 mod serial_number;
 mod value;
 
+pub use crate::section::Problem;
 pub use derive::{Environment, Formula};
 pub use encoding::{Encoding, Order};
 pub use field::{Field, Reading};
 pub use identify::{Devices, Identified, UnknownDevice};
 pub use meaning::{Likely, Meaning};
-pub use problem::{Problem, ProfileError};
+pub use problem::ProfileError;
 pub use profile::{
     Command, Condition, Derived, FieldSpec, Note, NoteAt, Profile, SerialNumberRule, Show, Source,
 };

@@ -1,18 +1,16 @@
 //! From the text of a profile to its data, with every problem found on the way.
 
 mod field;
-pub(crate) mod section;
 
 use std::collections::HashSet;
 
 use crate::decode::frame::Role;
 use crate::decode::shape::Form;
 
-use self::section::{Located, Section};
 use super::data::data_start;
 use super::derive::Formula;
-use super::problem::Problem;
 use super::profile::{Command, Derived, Profile, SerialNumberRule, Source};
+use crate::section::{self, Located, Problem, Section, nearest};
 
 /// Commands that a profile may have: more is a mistake, not a device.
 const MOST_COMMANDS: usize = 1000;
@@ -225,7 +223,7 @@ fn read_derived(section: &Section<'_>, commands: &[Command]) -> Option<Derived> 
         .map(|field| &*field.name)
         .collect();
     for input in inputs.iter().filter(|input| !numbers.contains(&input.value)) {
-        let hint = match super::problem::nearest(input.value, numbers.iter().copied()) {
+        let hint = match nearest(input.value, numbers.iter().copied()) {
             Some(near) => format!("did you mean '{near}'?"),
             None => "name a number of a response".to_owned(),
         };

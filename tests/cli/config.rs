@@ -1,6 +1,9 @@
 //! Options from the command line, the environment and the configuration file; completions and the manual page.
 
 use predicates::prelude::*;
+use rtutap::cli::{RowFormat, ShowKind, TimeKind};
+use rtutap::config::Config;
+use rtutap::device::Environment;
 
 use crate::{rtutap, stdout};
 
@@ -13,6 +16,23 @@ fn config(text: &str) -> (tempfile::TempDir, String) {
     std::fs::write(&path, text).expect("written");
     let path = path.to_str().expect("UTF-8").to_owned();
     (directory, path)
+}
+
+#[test]
+fn the_sample_says_exactly_what_holds_without_it() {
+    let environment = Environment::default();
+    let defaults = Config {
+        line: None,
+        adapter_hold: None,
+        devices: Vec::new(),
+        profiles: Vec::new(),
+        salinity: Some(environment.salinity),
+        pressure_kpa: Some(environment.pressure_kpa),
+        show: Some(vec![ShowKind::Transactions]),
+        format: Some(RowFormat::default()),
+        time: Some(TimeKind::default()),
+    };
+    assert_eq!(Config::from_toml(include_str!("../../config.sample.toml")), Ok(defaults));
 }
 
 #[test]

@@ -9,10 +9,11 @@ use crate::decode::candidate::{
 };
 use crate::decode::crc;
 use crate::decode::frame::{Boundary, MAX_FRAME, Role};
-use crate::decode::framer::lattice::{Context, FrameEdge, Kind, readings, zero_extension};
+use crate::decode::framer::node::{FrameEdge, Kind};
 use crate::decode::framer::outstanding::Outstanding;
 use crate::decode::framer::reading::Readings;
 use crate::decode::framer::score;
+use crate::decode::framer::weigh::{Context, readings, zero_extension};
 
 /// Says what the bytes after the root are.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,16 +1,19 @@
 //! From stamped bytes to frames and runs of junk, by length, CRC, the outstanding request and hold time.
 //!
-//! Gaps are not trusted: a USB adapter destroys them. [`lattice`] weighs all readings of the undecided bytes with
-//! the scores of [`score`]; [`fast`] answers for it where nothing is in doubt; [`experience`] is what the bus has
-//! taught so far. The last reading wins when the hold time passes in silence.
+//! Gaps are not trusted: a USB adapter destroys them. `lattice` weighs all readings of the undecided bytes, each
+//! frame by `weigh` with the figures of `score`; `fast` answers for it where nothing is in doubt, `polled` where
+//! the same request came before; `experience` is what the bus has taught so far. The best reading of all bytes is
+//! taken when the hold time passes in silence.
 
 mod experience;
 mod fast;
 mod lattice;
+mod node;
 mod outstanding;
 mod polled;
 mod reading;
 pub(in crate::decode) mod score;
+mod weigh;
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -26,10 +29,12 @@ use crate::time::{MILLISECOND, Timestamp};
 
 pub use experience::Experience;
 use fast::Glance;
-use lattice::{Context, FrameEdge, Handed, Kind, Lattice};
+use lattice::{Handed, Lattice};
+use node::{FrameEdge, Kind};
 pub use outstanding::{Fit, Outstanding};
 use polled::Polled;
 pub use reading::{Asked, Readings};
+use weigh::Context;
 
 /// Nanoseconds that an unfinished frame is held at least.
 const HOLD_NS: i64 = 120 * MILLISECOND;

@@ -1,4 +1,4 @@
-//! From frames and damaged runs to transactions: [`hypothesis`] decides who sent each frame, [`assemble`] joins
+//! From frames and damaged runs to transactions: `hypothesis` decides who sent each frame, `assemble` joins
 //! requests with their answers.
 
 mod assemble;

@@ -18,7 +18,7 @@ use std::cmp::Reverse;
 use std::fmt;
 
 pub use access::{exception_code, quantity, start_register};
-pub use crc::{Crc, crc16};
+pub use crc::Crc;
 pub use field::{PduField, PduValue, Remark, Stop, StopReason};
 
 use crate::decode::frame::Role;

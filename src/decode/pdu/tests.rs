@@ -7,7 +7,7 @@ use super::*;
 /// Sets a PDU in hex between address 17 and its CRC.
 fn frame(pdu: &str) -> Vec<u8> {
     let mut bytes = hex(&format!("11 {pdu}"));
-    bytes.extend(crc16(&bytes).to_le_bytes());
+    bytes.extend(crate::decode::crc::checksum(&bytes).to_le_bytes());
     bytes
 }
 
@@ -378,7 +378,7 @@ proptest! {
     ) {
         let mut bytes = vec![1, function];
         bytes.extend(data);
-        bytes.extend(crc16(&bytes).to_le_bytes());
+        bytes.extend(crate::decode::crc::checksum(&bytes).to_le_bytes());
         if damage {
             *bytes.last_mut().unwrap() ^= 1;
         }
