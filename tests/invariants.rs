@@ -375,12 +375,7 @@ fn the_rows_of_a_recording_are_those_of_the_bus() {
     assert_same_rows(&live, &decode(new(), &reads), "the same reads again");
     let file = tempfile::NamedTempFile::new().expect("a file to record to");
     let lines = reads.iter().map(|read| {
-        let ReadTime::At(time) = read.time else { panic!("simulated reads have times") };
-        rtutap::simulate::hex_line(&rtutap::simulate::Read {
-            time,
-            bytes: read.bytes.clone(),
-            line_errors: Vec::new(),
-        })
+        rtutap::capture::hex_line(&Chunk { time: read.time, bytes: &read.bytes, line_errors: &[] })
     });
     let text = lines.collect::<Vec<_>>().join("\n");
     std::io::Write::write_all(&mut file.as_file(), text.as_bytes()).expect("the file takes it");

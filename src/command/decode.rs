@@ -1,12 +1,11 @@
 //! `rtutap decode`: prints a recording.
 
-use super::bus::{self, BUS, Sink};
+use super::bus::{self, BUS, Origin, Sink, Wanted};
 use super::failure::Failure;
 use super::message;
 use super::output::Output;
 use crate::analyze::filter::Filter;
 use crate::cli::{self, RowFormat};
-use crate::line::LineSettings;
 use crate::pipeline::Event;
 use crate::report::{self, Clock, Csv, Format, Json, Rows, Show, Text};
 
@@ -33,19 +32,16 @@ pub(super) fn run(args: &cli::Decode, verbose: bool) -> Result<(), Failure> {
             return Err(Failure::hinted("CSV has one kind of row", hint));
         }
     };
-    let readings = show.contains(&Show::Readings);
+    let wanted = Wanted { readings: show.contains(&Show::Readings), redacted: false };
     let says_environment = format != RowFormat::Text;
     let mut printer = Printer { rows: Rows::new(show, writer, judge), output, derived: false };
     printer.rows.heading(&mut printer.output.buffer);
-    let result = bus::read(&args.bus, &profiles, readings, &mut printer);
+    let result = bus::read(&args.bus, &profiles, wanted, &mut printer);
     // What was decoded before something went wrong is shown first.
     printer.output.flush()?;
     result?;
-    if printer.derived && says_environment && (args.bus.salinity.is_none() || args.bus.pressure_kpa.is_none())
-    {
-        message::note(
-            "derived values use a salinity of 0 and 101.325 kPa where not given (--salinity, --pressure-kpa)",
-        );
+    if printer.derived && says_environment {
+        bus::say_environment(&args.bus);
     }
     if let Some(guess) = printer.rows.guess() {
         message::hint(format_args!(
@@ -57,7 +53,7 @@ pub(super) fn run(args: &cli::Decode, verbose: bool) -> Result<(), Failure> {
 }
 
 /// Reads a filter.
-fn judge(text: &str) -> Result<report::Judge, Failure> {
+pub(super) fn judge(text: &str) -> Result<report::Judge, Failure> {
     let filter = Filter::parse(text).map_err(|error| {
         let hint = error.hint().map_or_else(
             || "a filter reads like 'addr == 1 && temperature > 20'".to_owned(),
@@ -78,7 +74,7 @@ struct Printer {
 impl Sink for Printer {
     const PRINTS: bool = true;
 
-    fn begin(&mut self, _line: LineSettings) {}
+    fn begin(&mut self, _origin: &Origin) {}
 
     fn event(&mut self, event: &Event<'_>) {
         if let Event::Reading { reading, .. } = event {
