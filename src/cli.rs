@@ -22,6 +22,17 @@ pub struct Cli {
     /// Say more: fields and bytes under every row
     #[arg(short, long, global = true, display_order = 100)]
     pub verbose: bool,
+
+    /// Take options from this file; without it from rtutap/config.toml in your configuration directory
+    #[arg(
+        long,
+        value_name = "FILE",
+        global = true,
+        env = "RTUTAP_CONFIG",
+        hide_env_values = true,
+        display_order = 101
+    )]
+    pub config: Option<PathBuf>,
 }
 
 const AFTER: &str = "\
@@ -48,10 +59,17 @@ pub enum Command {
     Demo(Demo),
     /// List, show and check the profiles of devices
     Profiles(Profiles),
+    /// Print what makes a shell complete rtutap's options
+    #[command(after_help = COMPLETIONS_EXAMPLES)]
+    Completions(Completions),
+    /// Print the manual page
+    #[command(after_help = MAN_EXAMPLES)]
+    Man,
 }
 
 const DECODE_EXAMPLES: &str = "\
-A recording is hex text or raw bytes, told apart by content. In hex text a line is one read, such as
+A recording is hex text, raw bytes, pcapng or pcap (link type 147 or 250), or a table of bytes as Saleae
+Logic and DSView export it, told apart by content. In hex text a line is one read, such as
 
   2026-01-01T00:00:00.123456Z > 01 03 26 00 00 04 4f 41   # a comment
   1767225600.141 0x01,0x03,0x08
@@ -66,6 +84,17 @@ Examples:
   rtutap decode one.hex two.hex --device 3=yosemitech-do -v
   cat capture.hex | rtutap decode -";
 
+const COMPLETIONS_EXAMPLES: &str = "\
+Examples:
+  rtutap completions bash > ~/.local/share/bash-completion/completions/rtutap
+  rtutap completions zsh > ~/.zfunc/_rtutap
+  rtutap completions fish > ~/.config/fish/completions/rtutap.fish";
+
+const MAN_EXAMPLES: &str = "\
+Examples:
+  rtutap man > ~/.local/share/man/man1/rtutap.1
+  rtutap man | man -l -";
+
 const SIMULATE_EXAMPLES: &str = "\
 Examples:
   rtutap simulate -o bus.hex
@@ -79,13 +108,13 @@ pub struct Decode {
     #[command(flatten)]
     pub bus: Bus,
 
-    /// What to print; may be repeated
-    #[arg(long, value_enum, value_name = "WHAT", default_value = "transactions")]
+    /// What to print; may be repeated [default: transactions]
+    #[arg(long, value_enum, value_name = "WHAT")]
     pub show: Vec<ShowKind>,
 
-    /// How to print it
-    #[arg(long, value_enum, default_value = "text")]
-    pub format: RowFormat,
+    /// How to print it [default: text]
+    #[arg(long, value_enum, env = "RTUTAP_FORMAT", hide_env_values = true)]
+    pub format: Option<RowFormat>,
 
     /// Print only what passes, such as 'addr == 1 && temperature > 20'
     ///
@@ -95,9 +124,9 @@ pub struct Decode {
     #[arg(long, value_name = "EXPR")]
     pub filter: Option<String>,
 
-    /// How to show times in text and CSV
-    #[arg(long, value_enum, default_value = "local")]
-    pub time: TimeKind,
+    /// How to show times in text and CSV [default: local]
+    #[arg(long, value_enum, env = "RTUTAP_TIME", hide_env_values = true)]
+    pub time: Option<TimeKind>,
 }
 
 /// Holds what `info` is asked for.
@@ -111,9 +140,9 @@ pub struct Info {
     #[arg(long, value_enum, default_value = "text")]
     pub format: InfoFormat,
 
-    /// How to show times in text
-    #[arg(long, value_enum, default_value = "local")]
-    pub time: TimeKind,
+    /// How to show times in text [default: local]
+    #[arg(long, value_enum, env = "RTUTAP_TIME", hide_env_values = true)]
+    pub time: Option<TimeKind>,
 }
 
 /// Holds where bytes come from and how to read them.
@@ -124,15 +153,15 @@ pub struct Bus {
     pub inputs: Vec<PathBuf>,
 
     /// Speed and character format; without it the recording's, without that 9600-8N1
-    #[arg(long, value_name = "BAUD-DPS")]
+    #[arg(long, value_name = "BAUD-DPS", env = "RTUTAP_LINE", hide_env_values = true)]
     pub line: Option<LineSettings>,
 
     /// Read the input as this, whatever it looks like
     #[arg(long, value_enum, value_name = "FORMAT")]
     pub input_format: Option<InputKind>,
 
-    /// The longest time the adapter keeps a byte back; without it estimated from the reads
-    #[arg(long, value_name = "MS", value_parser = milliseconds, allow_negative_numbers = true)]
+    /// The longest time the adapter keeps a byte back; without it the recording's, or estimated from the reads
+    #[arg(long, value_name = "MS", value_parser = milliseconds, env = "RTUTAP_ADAPTER_HOLD", hide_env_values = true, allow_negative_numbers = true)]
     pub adapter_hold: Option<Nanoseconds>,
 
     /// Say what device is at an address, such as 3=yosemitech-do; may be repeated
@@ -144,11 +173,11 @@ pub struct Bus {
     pub profiles: Vec<PathBuf>,
 
     /// Salinity of the water in g/kg, 0 to 100, for dissolved oxygen in mg/L [default: 0]
-    #[arg(long, value_name = "G/KG", value_parser = salinity, allow_negative_numbers = true)]
+    #[arg(long, value_name = "G/KG", value_parser = salinity, env = "RTUTAP_SALINITY", hide_env_values = true, allow_negative_numbers = true)]
     pub salinity: Option<f64>,
 
     /// Air pressure in kPa, 20 to 200, for dissolved oxygen in mg/L [default: 101.325]
-    #[arg(long, value_name = "KPA", value_parser = pressure, allow_negative_numbers = true)]
+    #[arg(long, value_name = "KPA", value_parser = pressure, env = "RTUTAP_PRESSURE_KPA", hide_env_values = true, allow_negative_numbers = true)]
     pub pressure_kpa: Option<f64>,
 }
 
@@ -204,6 +233,14 @@ pub struct Profiles {
     pub action: Option<ProfileAction>,
 }
 
+/// Holds what `completions` is asked for.
+#[derive(Debug, Args)]
+pub struct Completions {
+    /// The shell
+    #[arg(value_enum)]
+    pub shell: clap_complete::Shell,
+}
+
 /// Names what can be done with profiles.
 #[derive(Debug, Subcommand)]
 pub enum ProfileAction {
@@ -243,9 +280,10 @@ impl From<ShowKind> for Show {
 }
 
 /// Names the formats of rows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum RowFormat {
     /// For people
+    #[default]
     Text,
     /// A JSON object a line
     Json,
@@ -269,6 +307,10 @@ pub enum InputKind {
     Hex,
     /// Raw bytes
     Raw,
+    /// Packets: pcapng or pcap, link type 147 or 250
+    Pcap,
+    /// A table of bytes with their times: CSV as Saleae Logic and DSView export it
+    Table,
 }
 
 impl From<InputKind> for InputFormat {
@@ -276,14 +318,17 @@ impl From<InputKind> for InputFormat {
         match kind {
             InputKind::Hex => InputFormat::Hex,
             InputKind::Raw => InputFormat::Raw,
+            InputKind::Pcap => InputFormat::Pcap,
+            InputKind::Table => InputFormat::Table,
         }
     }
 }
 
 /// Names the ways to show times.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum TimeKind {
     /// In the time zone of this machine
+    #[default]
     Local,
     /// In universal time
     Utc,
@@ -302,11 +347,11 @@ impl From<TimeKind> for TimeStyle {
 }
 
 /// Holds a length of time in nanoseconds.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Nanoseconds(pub i64);
 
 /// Says what device is at an address.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Assignment {
     /// The unit address, 1 to 247.
     pub address: u8,
@@ -328,21 +373,21 @@ fn number(text: &str, least: f64, most: f64, unit: &str) -> Result<f64, String> 
     }
 }
 
-fn salinity(text: &str) -> Result<f64, String> {
+pub(crate) fn salinity(text: &str) -> Result<f64, String> {
     number(text, 0.0, 100.0, "g/kg")
 }
 
-fn pressure(text: &str) -> Result<f64, String> {
+pub(crate) fn pressure(text: &str) -> Result<f64, String> {
     number(text, 20.0, 200.0, "kPa (10 hPa or 7.5 mmHg are 1 kPa)")
 }
 
 /// Reads milliseconds, decimals too.
-fn milliseconds(text: &str) -> Result<Nanoseconds, String> {
+pub(crate) fn milliseconds(text: &str) -> Result<Nanoseconds, String> {
     let ms = number(text, 0.0, 10_000.0, "ms")?;
     Ok(Nanoseconds((ms * MILLISECOND as f64).round() as i64))
 }
 
-fn assignment(text: &str) -> Result<Assignment, String> {
+pub(crate) fn assignment(text: &str) -> Result<Assignment, String> {
     let (address, device) = text.split_once('=').ok_or("write ADDRESS=PROFILE, such as 3=yosemitech-do")?;
     match address.parse() {
         Ok(address @ 1..=247) => Ok(Assignment { address, device: device.to_owned() }),

@@ -6,6 +6,7 @@
 //! capture ──▶ decode ─────────────────────────▶ device ──────────▶ analyze ──▶ report
 //! hex text    stamp ▸ framer ▸ pairing           identify ▸ meaning  filter      text
 //! raw bytes   (pure: no clock, no I/O)           (pure: profiles)                json, csv
+//! imports
 //! simulate
 //! ```
 //!
@@ -18,7 +19,8 @@
 //! - [`pipeline`]: the three joined, for one bus: bytes in, [`pipeline::Event`]s out.
 //! - [`analyze`]: judgement: the display filter.
 //! - [`report`]: one file an output format.
-//! - [`cli`] and [`command`]: the program; the only place that owns files, clocks and the terminal.
+//! - [`section`]: TOML read key by key, with all that is wrong with it and where.
+//! - [`cli`], [`config`] and [`command`]: the program; the only place that owns files, clocks and the terminal.
 //!
 //! What always holds: every byte comes out in exactly one frame or damaged run, in stream order; the same chunks give
 //! the same events, live or replayed; a time is an interval where the adapter blurs it; bad input is a message,
@@ -28,10 +30,12 @@ pub mod analyze;
 pub mod capture;
 pub mod cli;
 pub mod command;
+pub mod config;
 pub mod decode;
 pub mod device;
 pub mod line;
 pub mod pipeline;
 pub mod report;
+pub mod section;
 pub mod simulate;
 pub mod time;

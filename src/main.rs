@@ -6,5 +6,5 @@ use clap::Parser;
 use rtutap::{cli, command};
 
 fn main() -> ExitCode {
-    command::run(&cli::Cli::parse())
+    command::run(cli::Cli::parse())
 }

@@ -7,9 +7,11 @@
 //! ```
 
 use std::fmt;
-use std::io::{self, Read};
+use std::io::Read;
 
 use super::instant;
+use super::reader::{Failure, Forward, ReadChunks, TimesBack};
+use super::window::Window;
 use crate::decode::chunk::{Chunk, ReadTime};
 use crate::line::LineSettings;
 use crate::time::Timestamp;
@@ -67,21 +69,6 @@ impl fmt::Display for HexError {
     }
 }
 
-/// Says where times go back in an input.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct TimesBack {
-    /// The first such line, from 1.
-    pub line: u64,
-    /// How many lines there are.
-    pub count: u64,
-}
-
-/// Is what reading hex text can fail with.
-pub(super) enum Failed {
-    Io(io::Error),
-    Text(HexError),
-}
-
 /// Returns why the first 4 KiB of an input are no hex text; what is only cut off at their end is.
 pub(super) fn problem_in(prefix: &[u8]) -> Option<HexError> {
     let whole_lines = prefix.iter().filter(|&&c| c == b'\n').count() as u64;
@@ -90,8 +77,8 @@ pub(super) fn problem_in(prefix: &[u8]) -> Option<HexError> {
     loop {
         match text.advance() {
             Ok(true) => {}
-            Ok(false) | Err(Failed::Io(_)) => return None,
-            Err(Failed::Text(error)) => {
+            Ok(false) | Err(Failure::Io(_) | Failure::Malformed(_)) => return None,
+            Err(Failure::Hex(error)) => {
                 let cut = prefix.len() as u64 >= super::PREFIX
                     && error.line > whole_lines
                     && error.column >= last_line;
@@ -103,21 +90,13 @@ pub(super) fn problem_in(prefix: &[u8]) -> Option<HexError> {
 
 /// Reads hex text, a line at a time.
 pub(super) struct HexText<R> {
-    source: R,
-    window: Box<[u8]>,
-    /// What is left of the window.
-    start: usize,
-    end: usize,
-    at_end: bool,
-    position: u64,
+    window: Window<R>,
     line_number: u64,
     rest: Option<Rest>,
     bytes: Vec<u8>,
     time: ReadTime,
-    last: Timestamp,
-    back: Option<TimesBack>,
+    forward: Forward,
     settings: Option<LineSettings>,
-    ahead: bool,
     begun: bool,
 }
 
@@ -132,108 +111,20 @@ struct Rest {
 impl<R: Read> HexText<R> {
     pub(super) fn new(source: R) -> Self {
         HexText {
-            source,
-            window: vec![0; WINDOW].into_boxed_slice(),
-            start: 0,
-            end: 0,
-            at_end: false,
-            position: 0,
+            window: Window::new(source, WINDOW),
             line_number: 0,
             rest: None,
             bytes: Vec::new(),
             time: ReadTime::Unknown,
-            last: Timestamp::MIN,
-            back: None,
+            forward: Forward::new("line"),
             settings: None,
-            ahead: false,
             begun: false,
         }
     }
 
-    /// Reads the first line with bytes before it is asked for; tells whether there is one.
-    pub(super) fn read_ahead(&mut self) -> Result<bool, Failed> {
-        self.ahead = self.advance()?;
-        Ok(self.ahead)
-    }
-
-    /// Goes on to the next line with bytes; tells whether there is one.
-    pub(super) fn advance(&mut self) -> Result<bool, Failed> {
-        if std::mem::take(&mut self.ahead) {
-            return Ok(true);
-        }
-        self.bytes.clear();
-        while self.bytes.is_empty() {
-            let Some((length, is_whole)) = self.next_piece().map_err(Failed::Io)? else {
-                return Ok(false);
-            };
-            self.piece(length, is_whole).map_err(Failed::Text)?;
-        }
-        self.begun = true;
-        Ok(true)
-    }
-
-    pub(super) fn chunk(&self) -> Chunk<'_> {
-        Chunk { time: self.time, bytes: &self.bytes, line_errors: &[] }
-    }
-
-    pub(super) fn is_drained(&self) -> bool {
-        !self.ahead && !self.window[self.start..self.end].contains(&b'\n')
-    }
-
-    pub(super) fn position(&self) -> u64 {
-        self.position
-    }
-
-    pub(super) fn line(&self) -> Option<LineSettings> {
-        self.settings
-    }
-
-    pub(super) fn times_back(&self) -> Option<TimesBack> {
-        self.back
-    }
-
-    /// Finds the next line, or as much of it as the window holds: its length, and whether it ends there.
-    fn next_piece(&mut self) -> io::Result<Option<(usize, bool)>> {
-        let mut searched = 0;
-        loop {
-            let held = &self.window[self.start..self.end];
-            if let Some(length) = held[searched..].iter().position(|&c| c == b'\n') {
-                return Ok(Some((searched + length, true)));
-            }
-            searched = held.len();
-            if self.at_end {
-                // What ends the file ends the line, and a line begun before has to be ended once.
-                return Ok((searched > 0 || self.rest.is_some()).then_some((searched, true)));
-            }
-            if self.start == 0 && self.end == WINDOW {
-                return Ok(Some((searched, false)));
-            }
-            self.fill()?;
-        }
-    }
-
-    fn fill(&mut self) -> io::Result<()> {
-        self.window.copy_within(self.start..self.end, 0);
-        self.end -= self.start;
-        self.start = 0;
-        let read = loop {
-            match self.source.read(&mut self.window[self.end..]) {
-                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-                other => break other?,
-            }
-        };
-        if self.position == 0 && self.window[..self.end + read].starts_with(b"\xef\xbb\xbf") {
-            self.start = 3; // a byte order mark, as some editors write
-        }
-        self.at_end = read == 0;
-        self.position += read as u64;
-        self.end += read;
-        Ok(())
-    }
-
     /// Reads a line or a piece of one into `bytes` and `time`.
     fn piece(&mut self, length: usize, is_whole: bool) -> Result<(), HexError> {
-        let text = &self.window[self.start..self.start + length];
+        let text = &self.window.data()[..length];
         let text = if is_whole { text.strip_suffix(b"\r").unwrap_or(text) } else { text };
         let mut state = self.rest.take().unwrap_or_default();
         let mut at = 0;
@@ -255,29 +146,55 @@ impl<R: Read> HexText<R> {
         }
         let read = at + body.read;
         if let (ReadTime::At(time), true, 0) = (self.time, !self.bytes.is_empty(), state.column) {
-            self.time = ReadTime::At(self.forward(time));
+            self.time = ReadTime::At(self.forward.forward(time, self.line_number));
         }
         if is_whole {
-            let newline = usize::from(self.start + length < self.end);
-            self.start += length + newline;
+            self.window.consume(length + 1);
         } else {
             state.column += read as u64;
             state.comment = body.comment_at.is_some();
             state.prefix = body.prefix;
             self.rest = Some(state);
-            self.start += read;
+            self.window.consume(read);
         }
         Ok(())
     }
+}
 
-    /// Returns the time, or the one before where it goes back.
-    fn forward(&mut self, time: Timestamp) -> Timestamp {
-        if time < self.last {
-            let back = self.back.get_or_insert(TimesBack { line: self.line_number, count: 0 });
-            back.count += 1;
+impl<R: Read> ReadChunks for HexText<R> {
+    /// Goes on to the next line with bytes.
+    fn advance(&mut self) -> Result<bool, Failure> {
+        self.bytes.clear();
+        while self.bytes.is_empty() {
+            let (length, is_whole) = match self.window.line()? {
+                Some(piece) => piece,
+                None if self.rest.is_some() => (0, true), // a line begun before has to be ended once
+                None => return Ok(false),
+            };
+            self.piece(length, is_whole).map_err(Failure::Hex)?;
         }
-        self.last = self.last.max(time);
-        self.last
+        self.begun = true;
+        Ok(true)
+    }
+
+    fn chunk(&self) -> Chunk<'_> {
+        Chunk { time: self.time, bytes: &self.bytes, line_errors: &[] }
+    }
+
+    fn is_drained(&self) -> bool {
+        self.window.awaits_line()
+    }
+
+    fn position(&self) -> u64 {
+        self.window.position()
+    }
+
+    fn line(&self) -> Option<LineSettings> {
+        self.settings
+    }
+
+    fn times_back(&self) -> Option<TimesBack> {
+        self.forward.times_back()
     }
 }
 

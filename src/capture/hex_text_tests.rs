@@ -7,8 +7,8 @@ fn chunks(text: &[u8]) -> Result<Vec<(ReadTime, Vec<u8>)>, String> {
         match reader.advance() {
             Ok(true) => chunks.push((reader.chunk().time, reader.chunk().bytes.to_vec())),
             Ok(false) => return Ok(chunks),
-            Err(Failed::Text(error)) => return Err(error.to_string()),
-            Err(Failed::Io(error)) => return Err(error.to_string()),
+            Err(Failure::Hex(error)) => return Err(error.to_string()),
+            Err(other) => return Err(format!("{other:?}")),
         }
     }
 }
@@ -82,7 +82,7 @@ fn a_time_that_goes_back_is_the_one_before_and_counted() {
     }
     let half = at(9_500_000_000);
     assert_eq!(times, [at(9_000_000_000), at(9_000_000_000), half, half, half]);
-    assert_eq!(reader.times_back(), Some(TimesBack { line: 3, count: 2 }));
+    assert_eq!(reader.times_back(), Some(TimesBack { unit: "line", first: 3, count: 2 }));
 }
 
 #[test]

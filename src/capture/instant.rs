@@ -27,7 +27,7 @@ fn wrong<T>(offset: usize, what: &'static str) -> Result<T, Wrong> {
 }
 
 /// The years that 64-bit nanoseconds since the epoch can hold.
-const OUT_OF_RANGE: &str = "the time is not between the years 1678 and 2261";
+pub(super) const OUT_OF_RANGE: &str = "the time is not between the years 1678 and 2261";
 
 fn timestamp(seconds: i64, nanoseconds: i64) -> Result<Timestamp, Wrong> {
     let ns = seconds.checked_mul(SECOND).and_then(|ns| ns.checked_add(nanoseconds));

@@ -4,7 +4,12 @@
 
 mod hex_text;
 mod instant;
+mod pcap;
 mod raw;
+mod reader;
+mod rtac;
+mod table;
+mod window;
 
 use std::fs::File;
 use std::io::{self, Cursor, Read};
@@ -14,9 +19,13 @@ use thiserror::Error;
 
 use crate::decode::chunk::Chunk;
 use crate::line::LineSettings;
+pub use hex_text::HexError;
 use hex_text::HexText;
-pub use hex_text::{HexError, TimesBack};
+use pcap::Pcap;
 use raw::Raw;
+use reader::{Failure, ReadChunks};
+pub use reader::{Malformed, TimesBack};
+use table::Table;
 
 /// The first bytes of every MCAP file (MCAP specification, "Magic").
 const MCAP_MAGIC: &[u8] = b"\x89MCAP0\r\n";
@@ -30,6 +39,10 @@ pub enum InputFormat {
     Hex,
     /// The bytes themselves, without times.
     Raw,
+    /// pcapng or pcap: a packet a read.
+    Pcap,
+    /// A table of bytes with their times, as logic analysers export it.
+    Table,
 }
 
 /// Says why an input could not be read; `hint` says what to do about it.
@@ -60,6 +73,14 @@ pub enum InputError {
         /// Where and what.
         error: HexError,
     },
+    /// It is an import with something in it that cannot be understood.
+    #[error("'{name}', {error}")]
+    Malformed {
+        /// The input's name.
+        name: String,
+        /// Where and what.
+        error: Malformed,
+    },
 }
 
 impl InputError {
@@ -75,20 +96,19 @@ impl InputError {
             InputError::Mcap(_) => "give hex text or raw bytes",
             InputError::Empty(_) => "check that the recording was written; comments and times alone are none",
             InputError::Hex { error, .. } => error.hint(),
+            InputError::Malformed { error, .. } => error.hint,
         }
     }
-}
-
-enum Reader {
-    Hex(HexText<Box<dyn Read>>),
-    Raw(Raw<Box<dyn Read>>),
 }
 
 /// Reads one recording, a chunk at a time.
 pub struct Input {
     name: String,
     size: Option<u64>,
-    reader: Reader,
+    format: InputFormat,
+    reader: Box<dyn ReadChunks>,
+    /// Whether the next chunk has been read already.
+    ahead: bool,
     misread: Option<HexError>,
 }
 
@@ -131,28 +151,32 @@ impl Input {
                 if prefix.starts_with(MCAP_MAGIC) {
                     return Err(InputError::Mcap(name));
                 }
-                let format = match hex_text::problem_in(&prefix) {
-                    None => InputFormat::Hex,
-                    Some(error) => {
-                        misread = is_text(&prefix).then_some(error);
-                        InputFormat::Raw
-                    }
+                let format = if pcap::is_pcap(&prefix) {
+                    InputFormat::Pcap
+                } else if table::is_table(&prefix) {
+                    InputFormat::Table
+                } else if let Some(error) = hex_text::problem_in(&prefix) {
+                    misread = is_text(&prefix).then_some(error);
+                    InputFormat::Raw
+                } else {
+                    InputFormat::Hex
                 };
                 (Box::new(Cursor::new(prefix).chain(source)) as Box<dyn Read>, format)
             }
         };
-        let reader = match format {
-            InputFormat::Hex => Reader::Hex(HexText::new(source)),
-            InputFormat::Raw => Reader::Raw(Raw::new(source)),
+        let reader: Box<dyn ReadChunks> = match format {
+            InputFormat::Hex => Box::new(HexText::new(source)),
+            InputFormat::Raw => Box::new(Raw::new(source)),
+            InputFormat::Pcap => Box::new(Pcap::new(source)),
+            InputFormat::Table => Box::new(Table::new(source)),
         };
-        let mut input = Input { name, size, reader, misread };
+        let mut input = Input { name, size, format, reader, ahead: false, misread };
         // The first chunk is read ahead: an empty input is an error, and line settings stand before it.
-        let first = match &mut input.reader {
-            Reader::Hex(hex) => hex.read_ahead().map_err(hex_text::Failed::into),
-            Reader::Raw(raw) => raw.read_ahead().map_err(Failure::Io),
-        };
-        match first {
-            Ok(true) => Ok(input),
+        match input.reader.advance() {
+            Ok(true) => {
+                input.ahead = true;
+                Ok(input)
+            }
             Ok(false) => Err(InputError::Empty(input.name)),
             Err(failure) => Err(input.error(failure)),
         }
@@ -163,6 +187,7 @@ impl Input {
         match failure {
             Failure::Io(error) => InputError::Io { name, error },
             Failure::Hex(error) => InputError::Hex { name, error },
+            Failure::Malformed(error) => InputError::Malformed { name, error },
         }
     }
 
@@ -171,26 +196,13 @@ impl Input {
     /// # Errors
     /// When the system cannot read on, or hex text cannot be understood.
     pub fn next_chunk(&mut self) -> Result<Option<Chunk<'_>>, InputError> {
-        let more = match &mut self.reader {
-            Reader::Hex(hex) => hex.advance().map_err(hex_text::Failed::into),
-            Reader::Raw(raw) => raw.advance().map_err(Failure::Io),
-        };
-        match more {
-            Err(failure) => Err(self.error(failure)),
-            Ok(false) => Ok(None),
-            Ok(true) => Ok(Some(match &self.reader {
-                Reader::Hex(hex) => hex.chunk(),
-                Reader::Raw(raw) => raw.chunk(),
-            })),
-        }
+        let more = std::mem::take(&mut self.ahead) || self.reader.advance().map_err(|f| self.error(f))?;
+        Ok(more.then(|| self.reader.chunk()))
     }
 
     /// Tells whether the next chunk has to be waited for: a good moment to show what is there.
     pub fn is_drained(&self) -> bool {
-        match &self.reader {
-            Reader::Hex(hex) => hex.is_drained(),
-            Reader::Raw(_) => true,
-        }
+        !self.ahead && self.reader.is_drained()
     }
 
     /// Returns the name for messages.
@@ -203,48 +215,39 @@ impl Input {
         self.size
     }
 
+    /// Returns the format it is read as.
+    pub fn format(&self) -> InputFormat {
+        self.format
+    }
+
     /// Returns how many bytes of the file have been read.
     pub fn position(&self) -> u64 {
-        match &self.reader {
-            Reader::Hex(hex) => hex.position(),
-            Reader::Raw(raw) => raw.position(),
-        }
+        self.reader.position()
     }
 
     /// Returns the line settings that the recording names before its first byte.
     pub fn line(&self) -> Option<LineSettings> {
-        match &self.reader {
-            Reader::Hex(hex) => hex.line(),
-            Reader::Raw(_) => None,
-        }
+        self.reader.line()
+    }
+
+    /// Takes in the line settings that are used: some formats time the start of a byte, not its end.
+    pub fn use_line(&mut self, line: LineSettings) {
+        self.reader.use_line(line);
+    }
+
+    /// Returns the longest time a byte was kept back before it was timed, in nanoseconds, where it is known.
+    pub fn adapter_hold_ns(&self) -> Option<i64> {
+        self.reader.adapter_hold_ns()
     }
 
     /// Returns where times go back, as far as the input has been read.
     pub fn times_back(&self) -> Option<TimesBack> {
-        match &self.reader {
-            Reader::Hex(hex) => hex.times_back(),
-            Reader::Raw(_) => None,
-        }
+        self.reader.times_back()
     }
 
     /// Returns why an input that is text was taken for raw bytes: likely a slip in hex text.
     pub fn misread(&self) -> Option<&HexError> {
         self.misread.as_ref()
-    }
-}
-
-/// Is what a reader can fail with, before the input's name is added.
-enum Failure {
-    Io(io::Error),
-    Hex(HexError),
-}
-
-impl From<hex_text::Failed> for Failure {
-    fn from(failed: hex_text::Failed) -> Failure {
-        match failed {
-            hex_text::Failed::Io(error) => Failure::Io(error),
-            hex_text::Failed::Text(error) => Failure::Hex(error),
-        }
     }
 }
 
@@ -262,7 +265,7 @@ mod tests {
     }
 
     fn is_hex(content: &[u8]) -> bool {
-        matches!(open(content, None).map(|input| input.reader), Ok(Reader::Hex(_)))
+        open(content, None).is_ok_and(|input| input.format == InputFormat::Hex)
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use std::io::{self, Read};
 
+use super::reader::{Failure, ReadChunks};
 use crate::decode::chunk::{Chunk, ReadTime};
 
 /// How many bytes make a chunk at most.
@@ -12,24 +13,12 @@ pub(super) struct Raw<R> {
     source: R,
     block: Box<[u8]>,
     filled: usize,
-    ahead: bool,
     position: u64,
 }
 
 impl<R: Read> Raw<R> {
     pub(super) fn new(source: R) -> Self {
-        Raw { source, block: vec![0; CHUNK].into_boxed_slice(), filled: 0, ahead: false, position: 0 }
-    }
-
-    /// Reads the first block before it is asked for; tells whether there is one.
-    pub(super) fn read_ahead(&mut self) -> io::Result<bool> {
-        self.ahead = self.fill()?;
-        Ok(self.ahead)
-    }
-
-    /// Goes on to the next block; tells whether there is one.
-    pub(super) fn advance(&mut self) -> io::Result<bool> {
-        if std::mem::take(&mut self.ahead) { Ok(true) } else { self.fill() }
+        Raw { source, block: vec![0; CHUNK].into_boxed_slice(), filled: 0, position: 0 }
     }
 
     fn fill(&mut self) -> io::Result<bool> {
@@ -42,12 +31,18 @@ impl<R: Read> Raw<R> {
         self.position += self.filled as u64;
         Ok(self.filled > 0)
     }
+}
 
-    pub(super) fn chunk(&self) -> Chunk<'_> {
+impl<R: Read> ReadChunks for Raw<R> {
+    fn advance(&mut self) -> Result<bool, Failure> {
+        Ok(self.fill()?)
+    }
+
+    fn chunk(&self) -> Chunk<'_> {
         Chunk { time: ReadTime::Unknown, bytes: &self.block[..self.filled], line_errors: &[] }
     }
 
-    pub(super) fn position(&self) -> u64 {
+    fn position(&self) -> u64 {
         self.position
     }
 }
@@ -60,7 +55,6 @@ mod tests {
     fn bytes_come_out_in_blocks_that_join_to_the_input() {
         let bytes: Vec<u8> = (0..200_000_u32).map(|i| (i % 251) as u8).collect();
         let mut raw = Raw::new(&bytes[..]);
-        assert!(raw.read_ahead().expect("memory can be read"));
         let mut joined = Vec::new();
         while raw.advance().expect("memory can be read") {
             assert_eq!(raw.chunk().time, ReadTime::Unknown);

@@ -59,10 +59,12 @@ pub(super) fn read(
     let mut ids = (0, 0);
     devices(args, profiles)?;
     for path in &args.inputs {
-        let input = Input::open(path, args.input_format.map(Into::into))?;
+        let mut input = Input::open(path, args.input_format.map(Into::into))?;
+        let line = line(args, &input);
+        input.use_line(line);
         let options = Options {
-            line: line(args, &input),
-            adapter_hold_ns: args.adapter_hold.map(|hold| hold.0),
+            line,
+            adapter_hold_ns: args.adapter_hold.map(|hold| hold.0).or(input.adapter_hold_ns()),
             first_frame_id: ids.0,
             first_transaction_id: ids.1,
             readings,
@@ -132,9 +134,10 @@ fn read_input<S: Sink>(mut input: Input, pipeline: &mut Pipeline, sink: &mut S) 
             count => format!(" and {} more", count - 1),
         };
         message::warning(format_args!(
-            "'{}': the time goes back in line {}{more}; the time before is taken instead",
+            "'{}': the time goes back in {} {}{more}; the time before is taken instead",
             input.name(),
-            back.line
+            back.unit,
+            back.first
         ));
     }
     // What was read before the trouble has been shown.

@@ -12,12 +12,16 @@ use crate::report::{self, Clock, Csv, Format, Json, Rows, Show, Text};
 
 /// Runs the command.
 pub(super) fn run(args: &cli::Decode, verbose: bool) -> Result<(), Failure> {
+    let format = args.format.unwrap_or_default();
     let mut show: Vec<Show> = args.show.iter().copied().map(Show::from).collect();
     show.dedup();
+    if show.is_empty() {
+        show.push(Show::Transactions);
+    }
     let profiles = bus::profiles(&args.bus.profiles)?;
     let judge = args.filter.as_deref().map(judge).transpose()?;
-    let clock = Clock::new(args.time.into());
-    let (output, format): (Output, Box<dyn Format>) = match (args.format, &show[..]) {
+    let clock = Clock::new(args.time.unwrap_or_default().into());
+    let (output, writer): (Output, Box<dyn Format>) = match (format, &show[..]) {
         (RowFormat::Text, _) => {
             let (output, colour) = Output::terminal();
             (output, Box::new(Text::new(clock, colour, verbose, &profiles)))
@@ -30,8 +34,8 @@ pub(super) fn run(args: &cli::Decode, verbose: bool) -> Result<(), Failure> {
         }
     };
     let readings = show.contains(&Show::Readings);
-    let says_environment = args.format != RowFormat::Text;
-    let mut printer = Printer { rows: Rows::new(show, format, judge), output, derived: false };
+    let says_environment = format != RowFormat::Text;
+    let mut printer = Printer { rows: Rows::new(show, writer, judge), output, derived: false };
     printer.rows.heading(&mut printer.output.buffer);
     let result = bus::read(&args.bus, &profiles, readings, &mut printer);
     // What was decoded before something went wrong is shown first.

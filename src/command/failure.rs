@@ -4,6 +4,7 @@ use std::fmt::Display;
 use std::io;
 
 use crate::capture::InputError;
+use crate::config::ConfigError;
 
 /// Is why a command ended early.
 #[derive(Debug)]
@@ -42,6 +43,12 @@ impl Failure {
 
 impl From<InputError> for Failure {
     fn from(error: InputError) -> Self {
+        Failure::hinted(&error, error.hint())
+    }
+}
+
+impl From<ConfigError> for Failure {
+    fn from(error: ConfigError) -> Self {
         Failure::hinted(&error, error.hint())
     }
 }

@@ -16,7 +16,7 @@ pub(super) fn run(args: &cli::Info) -> Result<(), Failure> {
     bus::read(&args.bus, &profiles, false, &mut info)?;
     let mut output = Output::stdout();
     let text = match args.format {
-        InfoFormat::Text => info.to_text(Clock::new(args.time.into())),
+        InfoFormat::Text => info.to_text(Clock::new(args.time.unwrap_or_default().into())),
         InfoFormat::Json => info.to_json() + "\n",
     };
     output.buffer.extend_from_slice(text.as_bytes());

@@ -1,10 +1,12 @@
 //! One file a command: the only place that owns output, clocks and what becomes of errors.
 
 mod bus;
+mod completions;
 mod decode;
 mod demo;
 mod failure;
 mod info;
+mod man;
 mod message;
 mod output;
 mod profiles;
@@ -14,18 +16,12 @@ mod simulate;
 use std::process::ExitCode;
 
 use crate::cli::{Cli, Command};
+use crate::config::Config;
 use failure::Failure;
 
 /// Runs what the command line asks for; returns 0 when done, 2 when it could not be done.
-pub fn run(cli: &Cli) -> ExitCode {
-    let result = match &cli.command {
-        Command::Decode(args) => decode::run(args, cli.verbose),
-        Command::Info(args) => info::run(args),
-        Command::Simulate(args) => simulate::run(args),
-        Command::Demo(args) => demo::run(args, cli.verbose),
-        Command::Profiles(args) => profiles::run(args),
-    };
-    match result {
+pub fn run(mut cli: Cli) -> ExitCode {
+    match run_command(&mut cli) {
         // Who reads the output has had enough: nothing went wrong.
         Ok(()) | Err(Failure::ClosedPipe) => ExitCode::SUCCESS,
         Err(Failure::Problem { message, hint }) => {
@@ -35,5 +31,21 @@ pub fn run(cli: &Cli) -> ExitCode {
             }
             ExitCode::from(2)
         }
+    }
+}
+
+fn run_command(cli: &mut Cli) -> Result<(), Failure> {
+    match &cli.command {
+        Command::Completions(args) => return completions::run(args),
+        Command::Man => return man::run(),
+        _ => Config::load(cli.config.as_deref())?.complete(&mut cli.command),
+    }
+    match &cli.command {
+        Command::Decode(args) => decode::run(args, cli.verbose),
+        Command::Info(args) => info::run(args),
+        Command::Simulate(args) => simulate::run(args),
+        Command::Demo(args) => demo::run(args, cli.verbose),
+        Command::Profiles(args) => profiles::run(args),
+        Command::Completions(_) | Command::Man => Ok(()),
     }
 }

@@ -15,8 +15,8 @@ use super::derive::Environment;
 use super::exchange::Exchange;
 use super::known::{Known, Learnt};
 use super::meaning::Meaning;
-use super::problem::nearest;
 use super::registry::{Profiles, Set};
+use crate::section::nearest;
 
 /// Says that the device of an address has become known, or is another than before.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -24,12 +24,13 @@ mod profile;
 mod registry;
 mod value;
 
+pub use crate::section::Problem;
 pub use derive::{Environment, Formula};
 pub use encoding::{Encoding, Order};
 pub use field::{Field, Reading};
 pub use identify::{Devices, Identified, UnknownDevice};
 pub use meaning::{Likely, Meaning};
-pub use problem::{Problem, ProfileError};
+pub use problem::ProfileError;
 pub use profile::{
     Command, Condition, Derived, FieldSpec, Note, NoteAt, Profile, SerialNumberRule, Show, Source,
 };

@@ -1,20 +1,16 @@
 //! From the text of a profile to its data, with every problem found on the way.
 
 mod field;
-mod section;
 
 use std::collections::HashSet;
-
-use toml::de::DeTable;
 
 use crate::decode::frame::Role;
 use crate::decode::shape::Form;
 
-use self::section::{Located, Problems, Section};
 use super::data::data_start;
 use super::derive::Formula;
-use super::problem::Problem;
 use super::profile::{Command, Derived, Profile, SerialNumberRule, Source};
+use crate::section::{self, Located, Problem, Section, nearest};
 
 /// Commands that a profile may have: more is a mistake, not a device.
 const MOST_COMMANDS: usize = 1000;
@@ -39,21 +35,7 @@ pub(super) const FORMS: [(&str, Form); 3] = [
 ///
 /// All problems in the order of the text; those of the TOML syntax hide all others.
 pub(super) fn profile(text: &str) -> Result<Profile, Vec<Problem>> {
-    let problems = Problems::new(text);
-    let (table, syntax) = DeTable::parse_recoverable(text);
-    if !syntax.is_empty() {
-        for error in syntax {
-            let at = error.span().map_or(0, |span| span.start);
-            problems.add(at, error.message(), None);
-        }
-        return Err(problems.into_sorted());
-    }
-    let profile = read_profile(&Section::new(&problems, table.get_ref(), 0));
-    let found = problems.into_sorted();
-    match profile {
-        Some(profile) if found.is_empty() => Ok(profile),
-        _ => Err(found),
-    }
+    section::read(text, read_profile)
 }
 
 fn read_profile(section: &Section<'_>) -> Option<Profile> {
@@ -241,7 +223,7 @@ fn read_derived(section: &Section<'_>, commands: &[Command]) -> Option<Derived> 
         .map(|field| &*field.name)
         .collect();
     for input in inputs.iter().filter(|input| !numbers.contains(&input.value)) {
-        let hint = match super::problem::nearest(input.value, numbers.iter().copied()) {
+        let hint = match nearest(input.value, numbers.iter().copied()) {
             Some(near) => format!("did you mean '{near}'?"),
             None => "name a number of a response".to_owned(),
         };

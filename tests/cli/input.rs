@@ -148,7 +148,7 @@ fn a_profile_with_problems_is_refused_with_their_places() {
 #[test]
 fn help_names_every_command_and_a_wrong_one_is_status_2() {
     let help = stdout(&["--help"], b"");
-    for command in ["decode", "info", "simulate", "demo", "profiles"] {
+    for command in ["decode", "info", "simulate", "demo", "profiles", "completions", "man"] {
         assert!(help.contains(command), "{command}");
     }
     refuses(&["listen"], b"", "listen");

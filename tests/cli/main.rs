@@ -2,7 +2,9 @@
 
 #![allow(clippy::disallowed_methods)] // tests write their own inputs
 
+mod config;
 mod golden;
+mod imports;
 mod input;
 mod rows;
 
@@ -11,7 +13,12 @@ use assert_cmd::Command;
 /// Returns the program, with times of day and colours that do not depend on the machine.
 fn rtutap(args: &[&str]) -> Command {
     let mut command = assert_cmd::cargo::cargo_bin_cmd!("rtutap");
-    command.args(args).env("TZ", "UTC").env_remove("NO_COLOR").env_remove("CLICOLOR_FORCE");
+    command.args(args).env("TZ", "UTC").env("XDG_CONFIG_HOME", "nowhere");
+    for variable in
+        ["NO_COLOR", "CLICOLOR_FORCE", "RTUTAP_CONFIG", "RTUTAP_FORMAT", "RTUTAP_TIME", "RTUTAP_LINE"]
+    {
+        command.env_remove(variable);
+    }
     command
 }
 

@@ -1,11 +1,10 @@
 //! Reads the fields of a command.
 
 use crate::device::encoding::{Encoding, TYPE_NAMES};
-use crate::device::problem::nearest;
 use crate::device::profile::{Condition, FieldSpec, Note, NoteAt, Show};
 
 use super::check_name;
-use super::section::{Located, Section};
+use crate::section::{Located, Section, nearest};
 
 /// Fields that one side of a command may have: data has 250 bytes at most.
 const MOST_FIELDS: usize = 250;

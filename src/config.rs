@@ -1,0 +1,260 @@
+//! The configuration file: flags go before the environment, the environment before the file, the file before
+//! what is built in.
+//!
+//! Keys are the long options of the command line; `config.sample.toml` has them all.
+
+use std::fmt;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use clap::ValueEnum;
+use etcetera::BaseStrategy;
+
+use crate::cli::{self, Assignment, Command, Nanoseconds, RowFormat, ShowKind, TimeKind};
+use crate::line::LineSettings;
+use crate::section::{self, Located, Problem, Section};
+
+/// Holds what a configuration file says; what it does not say is `None` or empty.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Config {
+    /// Speed and character format.
+    pub line: Option<LineSettings>,
+    /// The longest time the adapter keeps a byte back.
+    pub adapter_hold: Option<Nanoseconds>,
+    /// What device is at which address.
+    pub devices: Vec<Assignment>,
+    /// Files of further device profiles; relative ones are beside the configuration file.
+    pub profiles: Vec<PathBuf>,
+    /// Salinity of the water in g/kg, 0 to 100.
+    pub salinity: Option<f64>,
+    /// Air pressure in kPa, 20 to 200.
+    pub pressure_kpa: Option<f64>,
+    /// What to print.
+    pub show: Option<Vec<ShowKind>>,
+    /// How to print rows.
+    pub format: Option<RowFormat>,
+    /// How to show times.
+    pub time: Option<TimeKind>,
+}
+
+/// Says why a configuration file could not be used.
+#[derive(Debug)]
+pub enum ConfigError {
+    /// The system refused to read it.
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        error: io::Error,
+    },
+    /// There is something in it that cannot be understood.
+    Content {
+        /// The file.
+        path: PathBuf,
+        /// What, in the order of the text.
+        problems: Vec<Problem>,
+    },
+}
+
+impl ConfigError {
+    /// Returns what could be done about it.
+    pub fn hint(&self) -> &'static str {
+        match self {
+            ConfigError::Io { .. } => "check --config and RTUTAP_CONFIG",
+            ConfigError::Content { .. } => "config.sample.toml shows every key with its default",
+        }
+    }
+}
+
+impl fmt::Display for ConfigError {
+    /// Writes a line for each problem.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            ConfigError::Io { path, error } => write!(f, "cannot read '{}': {error}", path.display()),
+            ConfigError::Content { path, problems } => {
+                for (index, problem) in problems.iter().enumerate() {
+                    let separator = if index == 0 { "" } else { "\n" };
+                    write!(f, "{separator}{}:{problem}", path.display())?;
+                }
+                Ok(())
+            }
+        }
+    }
+}
+
+impl std::error::Error for ConfigError {}
+
+impl Config {
+    /// Reads the file given, or the one in the user's configuration directory if there is one.
+    ///
+    /// # Errors
+    /// When the file cannot be read, or its content not understood.
+    pub fn load(given: Option<&Path>) -> Result<Config, ConfigError> {
+        let Some(path) = given.map(Path::to_owned).or_else(usual_path) else { return Ok(Config::default()) };
+        #[expect(clippy::disallowed_methods, reason = "the configuration is a file")]
+        let text = match std::fs::read_to_string(&path) {
+            Err(error) if given.is_none() && error.kind() == io::ErrorKind::NotFound => {
+                return Ok(Config::default());
+            }
+            Err(error) => return Err(ConfigError::Io { path, error }),
+            Ok(text) => text,
+        };
+        let mut config = match Config::from_toml(&text) {
+            Err(problems) => return Err(ConfigError::Content { path, problems }),
+            Ok(config) => config,
+        };
+        let directory = path.parent().unwrap_or(Path::new(""));
+        for profile in &mut config.profiles {
+            *profile = directory.join(&*profile);
+        }
+        Ok(config)
+    }
+
+    /// Reads the content of a configuration file.
+    ///
+    /// # Errors
+    /// All problems in the order of the text.
+    pub fn from_toml(text: &str) -> Result<Config, Vec<Problem>> {
+        section::read(text, read)
+    }
+
+    /// Gives the options of a command that are not given yet the values of the configuration.
+    pub fn complete(self, command: &mut Command) {
+        match command {
+            Command::Decode(args) => {
+                if args.show.is_empty() {
+                    args.show = self.show.clone().unwrap_or_default();
+                }
+                args.format = args.format.or(self.format);
+                args.time = args.time.or(self.time);
+                self.complete_bus(&mut args.bus);
+            }
+            Command::Info(args) => {
+                args.time = args.time.or(self.time);
+                self.complete_bus(&mut args.bus);
+            }
+            _ => {}
+        }
+    }
+
+    fn complete_bus(self, bus: &mut cli::Bus) {
+        bus.line = bus.line.or(self.line);
+        bus.adapter_hold = bus.adapter_hold.or(self.adapter_hold);
+        bus.salinity = bus.salinity.or(self.salinity);
+        bus.pressure_kpa = bus.pressure_kpa.or(self.pressure_kpa);
+        // The last word on an address, or a profile, is that of the command line.
+        bus.devices.splice(..0, self.devices);
+        bus.profiles.splice(..0, self.profiles);
+    }
+}
+
+/// Returns where a user's configuration usually is.
+fn usual_path() -> Option<PathBuf> {
+    let strategy = etcetera::choose_base_strategy().ok()?;
+    Some(strategy.config_dir().join("rtutap").join("config.toml"))
+}
+
+fn read(section: &Section<'_>) -> Option<Config> {
+    let profiles = section.strings("profiles").unwrap_or_default();
+    let config = Config {
+        line: section.string("line").and_then(|line| checked(section, line.at, line.value.parse())),
+        adapter_hold: number(section, "adapter-hold", cli::milliseconds),
+        devices: section.section("devices").map(|section| devices(&section)).unwrap_or_default(),
+        profiles: profiles.iter().map(|file| file.value.into()).collect(),
+        salinity: number(section, "salinity", cli::salinity),
+        pressure_kpa: number(section, "pressure-kpa", cli::pressure),
+        show: section
+            .strings("show")
+            .map(|words| words.into_iter().filter_map(|word| choice(section, "show", word)).collect()),
+        format: section.string("format").and_then(|word| choice(section, "format", word)),
+        time: section.string("time").and_then(|word| choice(section, "time", word)),
+    };
+    section.finish();
+    Some(config)
+}
+
+/// Notes what is wrong with a value.
+fn checked<T>(section: &Section<'_>, at: usize, value: Result<T, impl fmt::Display>) -> Option<T> {
+    value.map_err(|error| section.problem(at, error)).ok()
+}
+
+/// Reads a number as the command line does.
+fn number<T>(
+    section: &Section<'_>,
+    key: &'static str,
+    parse: impl Fn(&str) -> Result<T, String>,
+) -> Option<T> {
+    let number = section.number(key)?;
+    let value = parse(&number.value.to_string()).map_err(|error| format!("'{key}' is {error}"));
+    checked(section, number.at, value)
+}
+
+fn devices(section: &Section<'_>) -> Vec<Assignment> {
+    let devices = section.texts().into_iter().filter_map(|(address, device)| {
+        checked(section, address.at, cli::assignment(&format!("{}={device}", address.value)))
+    });
+    devices.collect()
+}
+
+/// Reads a word as the command line does.
+fn choice<T: ValueEnum>(section: &Section<'_>, key: &str, word: Located<&str>) -> Option<T> {
+    let found = T::from_str(word.value, false).ok();
+    if found.is_none() {
+        let values = T::value_variants().iter().filter_map(T::to_possible_value);
+        let names: Vec<String> = values.map(|value| value.get_name().to_owned()).collect();
+        let hint = format!("use one of {}", names.join(", "));
+        section.problem_with_hint(word.at, format_args!("'{}' is no {key}", word.value), hint);
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SAMPLE: &str = include_str!("../config.sample.toml");
+
+    #[test]
+    fn what_the_sample_has_as_comments_can_be_uncommented() {
+        let text: String = SAMPLE
+            .lines()
+            .map(|line| match line.strip_prefix('#') {
+                Some(rest) if !rest.starts_with(' ') => format!("{rest}\n"),
+                _ => format!("{line}\n"),
+            })
+            .collect();
+        let config = Config::from_toml(&text).expect("good");
+        assert_eq!(config.line, Some(LineSettings::default()));
+        assert_eq!(config.adapter_hold, Some(Nanoseconds(16_000_000)));
+        assert_eq!(config.devices, [Assignment { address: 3, device: "yosemitech-do".into() }]);
+        assert_eq!(config.profiles, [PathBuf::from("my-device.toml")]);
+    }
+
+    #[test]
+    fn what_is_wrong_is_named_with_line_column_and_mend() {
+        for (text, expected) in [
+            ("adapter_hold = 16", "1:1: unknown key 'adapter_hold'; did you mean 'adapter-hold'?"),
+            ("\nlines = '9600-8N1'", "2:1: unknown key 'lines'; did you mean 'line'?"),
+            ("time = 'local'\n  line = '9600'", "2:10: '9600' is not a line setting"),
+            ("salinity = 101", "1:12: 'salinity' is not within 0 to 100 g/kg"),
+            ("pressure-kpa = 1013.25", "1:16: 'pressure-kpa' is not within 20 to 200 kPa"),
+            ("adapter-hold = -1", "1:16: 'adapter-hold' is not within 0 to 10000 ms"),
+            ("salinity = '35'", "1:12: 'salinity' is of type string, not a decimal number"),
+            ("format = 'xml'", "1:10: 'xml' is no format; use one of text, json, csv"),
+            ("show = ['frames', 'all']", "1:19: 'all' is no show; use one of frames"),
+            ("[devices]\n300 = 'yosemitech-do'", "2:1: '300' is not a unit address from 1 to 247"),
+            ("[devices]\n3 = 5", "2:5: '3' is of type integer, not a text"),
+            ("line = ", "1:8: "),
+        ] {
+            let problems = Config::from_toml(text).expect_err(text);
+            let said = problems[0].to_string();
+            assert!(said.starts_with(expected), "{said}");
+        }
+    }
+
+    #[test]
+    fn all_problems_are_found_at_once() {
+        let problems = Config::from_toml("format = 'xml'\nsalinity = -1\nfoo = 1\n").expect_err("three");
+        assert_eq!(problems.iter().map(|problem| problem.line).collect::<Vec<_>>(), [1, 2, 3]);
+    }
+}

@@ -1,0 +1,160 @@
+//! The sample captures decode to what they are said to hold, and are written again byte for byte.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use assert_cmd::Command;
+
+fn path(name: &str) -> PathBuf {
+    [env!("CARGO_MANIFEST_DIR"), "captures", name].iter().collect()
+}
+
+fn content(name: &str) -> String {
+    #[expect(clippy::disallowed_methods, reason = "captures are files")]
+    let text = std::fs::read_to_string(path(name));
+    text.expect("a capture")
+}
+
+fn rtutap(args: &[&str]) -> Command {
+    let mut command = assert_cmd::cargo::cargo_bin_cmd!("rtutap");
+    command.args(args).env("XDG_CONFIG_HOME", "nowhere").env_remove("RTUTAP_CONFIG");
+    command
+}
+
+/// Returns the rows of a capture, which nobody complains about.
+fn rows(name: &str, show: &str) -> Vec<serde_json::Value> {
+    let output = rtutap(&["decode", "--format", "json", "--show", show]).arg(path(name)).assert();
+    let output = output.success().stderr("").get_output().stdout.clone();
+    let rows = String::from_utf8(output).expect("UTF-8");
+    rows.lines().map(|row| serde_json::from_str(row).expect("a JSON object")).collect()
+}
+
+/// Counts rows by a text of them.
+fn count(rows: &[serde_json::Value], key: &str) -> BTreeMap<String, usize> {
+    let mut counts = BTreeMap::new();
+    for row in rows {
+        *counts.entry(row[key].as_str().unwrap_or("none").to_owned()).or_default() += 1;
+    }
+    counts
+}
+
+fn counts<const N: usize>(expected: [(&str, usize); N]) -> BTreeMap<String, usize> {
+    expected.map(|(name, count)| (name.to_owned(), count)).into()
+}
+
+#[test]
+fn every_frame_of_the_manuals_is_one_and_every_exchange_has_its_command() {
+    for (name, device, commands) in [
+        (
+            "manual-do.hex",
+            "yosemitech-do",
+            &[
+                "get-serial-number",
+                "start-measurement",
+                "get-measurement",
+                "get-version",
+                "stop-measurement",
+                "get-calibration",
+                "set-calibration",
+                "set-cap-coefficients",
+                "set-address",
+            ][..],
+        ),
+        (
+            "manual-conductivity.hex",
+            "yosemitech-conductivity",
+            &[
+                "get-serial-number",
+                "start-measurement",
+                "get-measurement",
+                "get-conductivity",
+                "get-version",
+                "stop-measurement",
+                "get-calibration",
+                "set-calibration",
+                "get-address",
+                "set-address",
+            ],
+        ),
+        (
+            "manual-sonde.hex",
+            "yosemitech-sonde",
+            &[
+                "get-measurement",
+                "get-serial-number",
+                "get-error-flag",
+                "get-error-flag",
+                "get-error-flag",
+                "get-error-flag",
+                "get-error-flag",
+                "get-brush-interval",
+                "set-brush-interval",
+                "set-time",
+                "get-time",
+                "get-supply-voltage",
+                "start-brush",
+                "set-address",
+            ],
+        ),
+    ] {
+        let lines = content(name).lines().filter(|line| line.starts_with(['<', '>'])).count();
+        let kinds = count(&rows(name, "frames"), "type");
+        assert_eq!((kinds.get("frame"), kinds.get("damaged")), (Some(&lines), None), "{name}");
+        let transactions = rows(name, "transactions");
+        let found: Vec<_> =
+            transactions.iter().map(|row| row["command"].as_str().unwrap_or("none")).collect();
+        assert_eq!(found, commands, "{name}");
+        for row in &transactions {
+            assert_eq!(row["outcome"], "answered", "{name}: {row}");
+            assert!(row["device"] == device || row["address"] == 255, "{name}: {row}");
+        }
+    }
+}
+
+#[test]
+fn the_real_probe_is_followed_but_not_taken_for_another() {
+    assert_eq!(count(&rows("y511.hex", "frames"), "type"), counts([("frame", 20)]));
+    let transactions = rows("y511.hex", "transactions");
+    assert_eq!(count(&transactions, "outcome"), counts([("answered", 10)]));
+    assert_eq!(count(&transactions, "device"), counts([("none", 10)]));
+}
+
+#[test]
+fn the_clean_session_has_no_fault_and_all_three_sensors() {
+    let frames = rows("installation.hex", "frames");
+    assert_eq!(count(&frames, "type"), counts([("frame", 200), ("identified", 3)]));
+    let transactions = rows("installation.hex", "transactions");
+    assert_eq!(count(&transactions, "outcome"), counts([("answered", 100)]));
+}
+
+#[test]
+fn the_troubled_bus_has_silence_late_answers_and_damage() {
+    let outcomes = count(&rows("troubled.hex", "transactions"), "outcome");
+    for outcome in ["answered", "no-response", "late", "damaged"] {
+        assert!(outcomes.get(outcome).is_some_and(|&count| count > 0), "{outcome}: {outcomes:?}");
+    }
+}
+
+#[test]
+fn the_simulated_ones_are_written_again_by_their_documented_commands() {
+    let readme = content("README.md");
+    for name in ["installation.hex", "troubled.hex"] {
+        let expected = content(name);
+        let line = expected.lines().next().expect("a heading");
+        let command = line.strip_prefix("# rtutap ").expect("the command that wrote it");
+        let command = command.strip_suffix(" --line 9600-8N1").expect("the line by default");
+        let documented = format!("cargo run --release -- {command} -o captures/{name}");
+        assert!(readme.contains(&documented), "{documented}");
+        let args: Vec<&str> = command.split(' ').chain(["-o", "-"]).collect();
+        rtutap(&args).assert().success().stdout(expected);
+    }
+}
+
+#[test]
+fn every_capture_is_described() {
+    let readme = content("README.md");
+    for entry in std::fs::read_dir(path("")).expect("captures/") {
+        let name = entry.expect("an entry").file_name().into_string().expect("UTF-8");
+        assert!(name == "README.md" || readme.contains(&format!("| `{name}` |")), "{name}");
+    }
+}
