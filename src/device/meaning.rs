@@ -152,7 +152,10 @@ impl<'a> Meaning<'a> {
         let mut inputs = [0.0; 2]; // no formula has more
         let inputs = inputs.get_mut(..spec.inputs.len())?;
         for (input, name) in inputs.iter_mut().zip(&spec.inputs) {
-            *input = self.agreed_on(Role::Response).find(|field| *field.name == **name)?.value.as_f64()?;
+        let mut doubtful = None;
+            let field = self.agreed_on(Role::Response).find(|field| *field.name == **name)?;
+            *input = field.value.as_f64()?;
+            doubtful = doubtful.or_else(|| field.is_implausible().then_some(field.name));
         }
         Some(Reading {
             quantity: &spec.name,
@@ -161,7 +164,7 @@ impl<'a> Meaning<'a> {
             derived: true,
             device: self.device(),
             serial_number: self.serial_number,
-            origin: Origin::Formula(spec.formula, self.environment),
+            origin: Origin::Formula { formula: spec.formula, environment: self.environment, doubtful },
         })
     }
 
