@@ -27,7 +27,7 @@ pub struct Identified {
     pub device: Arc<str>,
     /// The serial number, once it was read.
     pub serial_number: Option<String>,
-    /// What shows it, as a sentence for people.
+    /// What shows it, for people: it goes on after 'recognised by'.
     pub evidence: String,
     /// The ids of the frames that show it.
     pub frames: Vec<u64>,
@@ -126,8 +126,9 @@ impl Devices {
         self.known[usize::from(to)].arrive(moved);
         self.moved = Some(Move { transaction: t.id, from: t.address, to });
         let identified = self.identified(to, t)?;
-        let before = if identified.evidence.is_empty() { "" } else { "; before: " };
-        let evidence = format!("took address {to} in place of {}{before}{}", t.address, identified.evidence);
+        let before = Some(&identified.evidence).filter(|before| !before.is_empty());
+        let before = before.map(|before| format!(" (there by {before})")).unwrap_or_default();
+        let evidence = format!("its move from address {}{before}", t.address);
         Some(Identified { evidence, ..identified })
     }
 
@@ -177,13 +178,13 @@ fn evidence(
             let name = profiles.at(device).map_or("", |profile| &profile.name);
             return format!("serial number {serial_number}: type {code}, {name}");
         }
-        _ if known.is_assigned() => format!("{id} by assignment"),
+        _ if known.is_assigned() => "assignment".to_owned(),
         Learnt { is_new_device: false, .. } => known.evidence.to_string(),
         _ => {
-            let verb = if t.function.0 == 3 || t.function.0 == 4 { "answered" } else { "acknowledged" };
+            let what = if matches!(t.function.0, 3 | 4) { "answer to" } else { "acknowledgement of" };
             let (register, quantity) = (t.start_register.unwrap_or(0), t.quantity.unwrap_or(0));
             let plural = if quantity == 1 { "" } else { "s" };
-            format!("{verb} {register:#06X} with {quantity} register{plural}, which only {id} has")
+            format!("its {what} {quantity} register{plural} at {register:#06X}, which only {id} has")
         }
     };
     if learnt.is_new_serial_number { format!("{reason}; serial number {serial_number}") } else { reason }

@@ -56,7 +56,7 @@ fn the_sondes_own_register_outweighs_the_type_in_the_manuals_example() {
     assert_eq!((&*identified.device, identified.serial_number.as_deref()), (SONDE, Some("YL0114010022")));
     assert_eq!(
         identified.evidence,
-        "answered 0x1400 with 6 registers, which only yosemitech-sonde has; serial number YL0114010022"
+        "its answer to 6 registers at 0x1400, which only yosemitech-sonde has; serial number YL0114010022"
     );
     assert_eq!(bus.identifies(read), None, "said once");
 }

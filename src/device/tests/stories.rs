@@ -36,14 +36,14 @@ fn an_accepted_exchange_that_only_one_device_has_names_it() {
     let mut bus = Bus::new();
     let identified = bus.identifies(sonde_data(5)).expect("identified");
     assert_eq!((identified.address, &*identified.device), (5, SONDE));
-    assert_eq!(identified.evidence, "answered 0x2601 with 16 registers, which only yosemitech-sonde has");
+    assert_eq!(identified.evidence, "its answer to 16 registers at 0x2601, which only yosemitech-sonde has");
     assert_eq!(identified.serial_number, None);
     assert_eq!(bus.identifies(sonde_data(5)), None, "said once");
     let start = answered("06 10 1C00 0000 00", "06 10 1C00 0000");
     let identified = bus.identifies(start).expect("identified");
     assert_eq!(&*identified.device, CONDUCTIVITY);
     assert!(
-        identified.evidence.starts_with("acknowledged 0x1C00 with 0 registers"),
+        identified.evidence.starts_with("its acknowledgement of 0 registers at 0x1C00, which"),
         "{}",
         identified.evidence
     );
@@ -114,7 +114,7 @@ fn a_device_is_followed_to_its_new_address() {
     assert!(identified.evidence.starts_with("took address 20 in place of 1; before: serial number YL"));
     assert_eq!(bus.tells(measurement(20, 4)).device.as_deref(), Some(DO));
     let further = bus.identifies(set_address(20, 3)).expect("it moved again");
-    assert_eq!(further.evidence.matches("took address").count(), 1, "{}", further.evidence);
+    assert_eq!(further.evidence.matches("its move").count(), 1, "{}", further.evidence);
     assert_eq!(bus.tells(measurement(1, 4)).device, None, "nothing is known of the old address");
 }
 
@@ -169,7 +169,7 @@ fn an_assignment_overrides_all_evidence() {
     bus.devices.assign(1, CONDUCTIVITY).expect("a built-in profile");
     let identified = bus.identifies(serial_number(1, 0, "YL0114010022")).expect("its serial number is new");
     assert_eq!(&*identified.device, CONDUCTIVITY);
-    assert_eq!(identified.evidence, "yosemitech-conductivity by assignment; serial number YL0114010022");
+    assert_eq!(identified.evidence, "assignment; serial number YL0114010022");
     bus.identifies(sonde_data(1));
     let told = bus.tells(measurement(1, 5));
     assert_eq!(told.device.as_deref(), Some(CONDUCTIVITY));
@@ -195,4 +195,14 @@ fn an_assignment_goes_along_and_the_new_addresses_own_stays() {
     assert_eq!(bus.tells(measurement(2, 4)).device.as_deref(), Some(DO));
     assert_eq!(bus.tells(set_address(2, 3)).device.as_deref(), Some(DO), "said by the one that leaves");
     assert_eq!(bus.tells(sonde_data(3)).device.as_deref(), Some(SONDE));
+}
+
+#[test]
+fn an_assignment_goes_along_whatever_else_was_answered() {
+    let mut bus = Bus::new();
+    bus.devices.assign(1, DO).expect("a built-in profile");
+    bus.tells(answered("01 03 4000 0001", "01 03 02 0000"));
+    assert_eq!(bus.tells(measurement(1, 4)).fields.len(), 2, "the maker's tool may ask what no manual has");
+    bus.tells(set_address(1, 2));
+    assert_eq!(bus.tells(measurement(2, 4)).device.as_deref(), Some(DO));
 }
