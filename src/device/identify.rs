@@ -1,8 +1,9 @@
 //! Learns which device is at which address, from traffic alone.
 //!
-//! Evidence, weakest first: the registers that a device answers leave some profiles possible; an
-//! accepted exchange that a profile declares as its fingerprint names a device; so does the type code
-//! in a serial number; what the user says overrides all. A request alone proves only what the master
+//! Evidence, weakest first: each register that a device answers leaves those profiles possible that have
+//! it, none where no profile does; an accepted exchange that a profile declares as its fingerprint names a device; so does the type code
+//! in a serial number; what the user says overrides all. The quantity rules out no profile: probes
+//! answer counts that their manuals do not have. A request alone proves only what the master
 //! believes, so nothing is learnt from one.
 
 use std::sync::Arc;
@@ -105,7 +106,7 @@ impl Devices {
         if t.address == 0 || self.profiles.is_service_address(t.address) {
             return None; // no single device answers there
         }
-        let entry = self.profiles.entry(t.function.0, t.start_register?)?;
+        let entry = self.profiles.entry(t.function.0, t.start_register?);
         let exchange = Exchange::read(&self.profiles, entry, t)?;
         let known = &mut self.known[usize::from(t.address)];
         let was_unknown = known.is_unknown();
@@ -161,7 +162,7 @@ impl Devices {
     }
 }
 
-/// Puts into a sentence why an address has its device.
+/// Puts into words why an address has its device, as they go on after 'recognised by'.
 fn evidence(
     profiles: &Profiles,
     known: &Known,
