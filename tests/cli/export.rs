@@ -183,8 +183,7 @@ fn serial_numbers_are_blanked_in_damaged_unasked_and_headless_answers_too() {
     let redact = |input: &str| {
         let text = export_text("hex", &["--redact"], input.as_bytes());
         text.lines()
-            .filter(|line| !line.starts_with('#'))
-            .last()
+            .rfind(|line| !line.starts_with('#'))
             .expect("a read")
             .split_once(' ')
             .expect("a time")

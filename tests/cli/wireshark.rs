@@ -1,5 +1,7 @@
 //! Packets as Wireshark sees them: `cargo test -- --ignored wireshark`, where tshark is installed.
 
+#![allow(clippy::print_stdout)] // a test that is skipped says so
+
 use std::process::Command;
 
 use serde_json::Value;
