@@ -2,7 +2,9 @@
 //!
 //! Knows bytes and times, no Modbus. Memory stays flat whatever the length of the recording.
 
+mod directive;
 mod error;
+mod hex_line;
 mod hex_text;
 mod instant;
 pub mod mcap;
@@ -23,6 +25,7 @@ use crate::decode::chunk::{Chunk, Lost};
 use crate::line::LineSettings;
 use crate::time::Timestamp;
 pub use error::InputError;
+pub use hex_line::{hex_heading, hex_line};
 pub use hex_text::HexError;
 use hex_text::HexText;
 use origin::{Origin, PREFIX, is_mcap, is_text};

@@ -9,9 +9,9 @@ use std::time::Duration;
 use super::failure::Failure;
 use super::message;
 use super::progress::Progress;
-use super::session::{Session, Setup, Sink};
+use super::session::{Origin, Session, Setup, Sink};
 use crate::capture::mcap::{BusSettings, Facts, Preface, part_path};
-use crate::capture::{BUS, Input, Item};
+use crate::capture::{BUS, Input, InputFormat, Item};
 use crate::cli;
 use crate::device::{Devices, Environment, Profile, Profiles};
 use crate::line::LineSettings;
@@ -73,6 +73,8 @@ pub(super) struct Wanted {
     pub(super) follow: bool,
     /// Whether the bytes are not decoded.
     pub(super) raw_only: bool,
+    /// Whether serial numbers are blanked.
+    pub(super) redacted: bool,
 }
 
 /// Reads all inputs, one after the other; counters run on. Parts of one session are one stream.
@@ -92,6 +94,7 @@ pub(super) fn read(
         profiles: Arc::clone(profiles),
         readings: wanted.readings,
         decodes: !wanted.raw_only,
+        redacts: wanted.redacted,
     };
     let mut session = Session::new(&setup);
     let mut paths = in_order(&args.inputs);
@@ -131,6 +134,13 @@ fn in_order(inputs: &[PathBuf]) -> VecDeque<PathBuf> {
         parts.sort_by_key(|(session, _)| session.part_index);
     }
     ordered.into_iter().map(|(_, path)| path.clone()).collect()
+}
+
+/// Tells whether all inputs are parts of one session.
+pub(super) fn is_one_session(inputs: &[PathBuf]) -> bool {
+    let mut ids = inputs.iter().map(|path| preface(path).session.map(|session| session.id));
+    let first = ids.next().flatten();
+    first.is_some() && ids.all(|id| id == first)
 }
 
 /// Returns the part that follows one that was rotated, once it is there.
@@ -175,6 +185,15 @@ fn devices(args: &cli::Bus, profiles: &Arc<Profiles>) -> Result<Devices, Failure
     Ok(devices)
 }
 
+/// Says what derived values rest on, where nobody asked for it.
+pub(super) fn say_environment(args: &cli::Bus) {
+    if args.salinity.is_none() || args.pressure_kpa.is_none() {
+        message::note(
+            "derived values use a salinity of 0 and 101.325 kPa where not given (--salinity, --pressure-kpa)",
+        );
+    }
+}
+
 /// Begins a bus of an input that does not say its settings in time; returns those it is decoded with.
 ///
 /// They are the input's own, or what sensors leave the factory with.
@@ -191,14 +210,16 @@ fn begin(
         ));
         message::hint("--input-format hex to read it as hex text all the same");
     }
-    let line = session.line().or(input.line()).unwrap_or_else(|| {
+    let said = session.line().or(input.line());
+    let line = said.unwrap_or_else(|| {
         let line = LineSettings::default();
         message::note(format_args!("'{}' does not name its line settings: {line} assumed", input.name()));
         line
     });
     let adapter_hold_ns = input.adapter_hold_ns();
     let settings = BusSettings { name: bus.to_owned(), line, adapter_hold_ns, ..BusSettings::default() };
-    session.begin(settings, sink)?;
+    let is_raw = input.format() == InputFormat::Raw;
+    session.begin(Origin { settings, line_is_assumed: said.is_none(), is_raw }, sink)?;
     Ok(line)
 }
 

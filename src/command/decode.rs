@@ -4,9 +4,8 @@ use super::bus::{self, Wanted};
 use super::failure::Failure;
 use super::message;
 use super::output::Output;
-use super::session::Sink;
+use super::session::{Origin, Sink};
 use crate::analyze::filter::Filter;
-use crate::capture::mcap::BusSettings;
 use crate::cli::{self, RowFormat};
 use crate::pipeline::Event;
 use crate::report::{self, Clock, Csv, Format, Json, Rows, Show, Text};
@@ -47,15 +46,12 @@ pub(super) fn run(args: &cli::Decode, verbose: bool) -> Result<(), Failure> {
     // What was decoded before something went wrong is shown first.
     printer.output.flush()?;
     result?;
-    if printer.derived && says_environment && (args.bus.salinity.is_none() || args.bus.pressure_kpa.is_none())
-    {
-        message::note(
-            "derived values use a salinity of 0 and 101.325 kPa where not given (--salinity, --pressure-kpa)",
-        );
+    if printer.derived && says_environment {
+        bus::say_environment(&args.bus);
     }
     if let Some(guess) = printer.rows.guess() {
         message::hint(format_args!(
-            "devices marked '?' are the likeliest of several; --device {}={} settles it",
+            "devices marked '?' are likely, not proven; --device {}={} settles it",
             guess.address, guess.device
         ));
     }
@@ -63,7 +59,7 @@ pub(super) fn run(args: &cli::Decode, verbose: bool) -> Result<(), Failure> {
 }
 
 /// Reads a filter.
-fn judge(text: &str) -> Result<report::Judge, Failure> {
+pub(super) fn judge(text: &str) -> Result<report::Judge, Failure> {
     let filter = Filter::parse(text).map_err(|error| {
         let hint = error.hint().map_or_else(
             || "a filter reads like 'addr == 1 && temperature > 20'".to_owned(),
@@ -82,7 +78,7 @@ struct Printer {
 }
 
 impl Sink for Printer {
-    fn begin(&mut self, _settings: &BusSettings) -> Result<(), Failure> {
+    fn begin(&mut self, _origin: &Origin) -> Result<(), Failure> {
         Ok(())
     }
 

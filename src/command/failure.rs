@@ -2,6 +2,7 @@
 
 use std::fmt::Display;
 use std::io;
+use std::path::Path;
 
 use crate::capture::InputError;
 use crate::capture::mcap::RecordError;
@@ -28,6 +29,11 @@ impl Failure {
 
     pub(super) fn hinted(message: impl Display, hint: impl Display) -> Self {
         Failure::Problem { message: message.to_string(), hint: Some(hint.to_string()) }
+    }
+
+    /// Makes a failure of what the system said about a file that was to be read.
+    pub(super) fn reading(path: &Path, error: &io::Error) -> Self {
+        Failure::new(format!("cannot read '{}': {error}", path.display()))
     }
 
     /// Makes a failure of what the system said about an output.

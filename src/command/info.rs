@@ -3,8 +3,8 @@
 use super::bus::{self, Wanted};
 use super::failure::Failure;
 use super::output::Output;
-use super::session::Sink;
-use crate::capture::mcap::{BusSettings, Facts};
+use super::session::{Origin, Sink};
+use crate::capture::mcap::Facts;
 use crate::cli::{self, InfoFormat};
 use crate::pipeline::Event;
 use crate::report::Clock;
@@ -44,8 +44,8 @@ fn recording(facts: &Facts) -> Recording {
 }
 
 impl Sink for Info {
-    fn begin(&mut self, settings: &BusSettings) -> Result<(), Failure> {
-        Info::begin(self, &settings.name, settings.line);
+    fn begin(&mut self, origin: &Origin) -> Result<(), Failure> {
+        Info::begin(self, &origin.settings.name, origin.settings.line);
         Ok(())
     }
 

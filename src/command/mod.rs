@@ -4,6 +4,7 @@ mod bus;
 mod completions;
 mod decode;
 mod demo;
+mod export;
 mod failure;
 mod info;
 mod man;
@@ -46,6 +47,7 @@ fn run_command(cli: &mut Cli) -> Result<(), Failure> {
     match &cli.command {
         Command::Decode(args) => decode::run(args, cli.verbose),
         Command::Info(args) => info::run(args),
+        Command::Export(args) => export::run(args),
         Command::Recover(args) => recover::run(args),
         Command::Simulate(args) => simulate::run(args),
         Command::Demo(args) => demo::run(args, cli.verbose),

@@ -4,9 +4,9 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use super::failure::Failure;
-use super::session::Sink;
+use super::session::{Origin, Sink};
 use crate::capture::Item;
-use crate::capture::mcap::{BusId, BusSettings, ChannelId, Options, RecordError, Recorder, Schema};
+use crate::capture::mcap::{BusId, ChannelId, Options, RecordError, Recorder, Schema};
 use crate::pipeline::Event;
 use crate::report::mcap::{Message, Messages};
 
@@ -39,6 +39,19 @@ impl Scribe {
         }
     }
 
+    /// Tells whether a bus was begun.
+    pub(super) fn has_begun(&self) -> bool {
+        !self.buses.is_empty()
+    }
+
+    /// Gives the recording up, and leaves nothing behind.
+    pub(super) fn abandon(self) {
+        let path = self.recorder.current().map(Path::to_owned);
+        drop(self.recorder);
+        // It holds nothing; that it cannot be removed changes nothing.
+        let _ = path.map(std::fs::remove_file);
+    }
+
     fn write(&mut self, message: &Message) -> Result<(), RecordError> {
         let channel = match self.channels.get(&message.topic) {
             Some(channel) => *channel,
@@ -54,7 +67,8 @@ impl Scribe {
 }
 
 impl Sink for Scribe {
-    fn begin(&mut self, settings: &BusSettings) -> Result<(), Failure> {
+    fn begin(&mut self, origin: &Origin) -> Result<(), Failure> {
+        let settings = &origin.settings;
         match self.buses.iter().find(|bus| bus.name == settings.name) {
             Some(bus) => self.recorder.set_line(bus.id, settings.clone())?,
             None => {

@@ -7,12 +7,11 @@ use super::failure::Failure;
 use super::output::Output;
 use super::scribe::Scribe;
 use super::session::{Session, Setup, Sink};
-use crate::capture::BUS;
 use crate::capture::mcap::{BusSettings, Options};
+use crate::capture::{BUS, Item, hex_heading, hex_line};
 use crate::cli;
-use crate::decode::chunk::{Chunk, ReadTime};
 use crate::device::{Devices, Environment, Profiles};
-use crate::simulate::{Config, Read, Scenario, Simulation, hex_line, truth_json_line};
+use crate::simulate::{Config, Scenario, Simulation, truth_json_line};
 
 /// Runs the command.
 pub(super) fn run(args: &cli::Simulate) -> Result<(), Failure> {
@@ -36,7 +35,7 @@ fn write_hex(args: &cli::Simulate, config: Config, mut truth: Option<Output>) ->
     write_heading(&mut output.buffer, &config);
     let mut simulation = Simulation::new(config);
     while let Some(read) = simulation.next() {
-        output.buffer.extend_from_slice(hex_line(&read).as_bytes());
+        output.buffer.extend_from_slice(hex_line(&read.chunk()).as_bytes());
         output.buffer.push(b'\n');
         output.drain()?;
         write_truth(&mut simulation, truth.as_mut())?;
@@ -58,6 +57,7 @@ fn write_mcap(args: &cli::Simulate, config: Config, mut truth: Option<Output>) -
         profiles,
         readings: true,
         decodes: !args.raw_only,
+        redacts: false,
     };
     let mut session = Session::new(&setup);
     let settings = BusSettings {
@@ -68,9 +68,8 @@ fn write_mcap(args: &cli::Simulate, config: Config, mut truth: Option<Output>) -
     };
     session.begin(settings, &mut scribe)?;
     let mut simulation = Simulation::new(config);
-    while let Some(Read { time, bytes, line_errors }) = simulation.next() {
-        let chunk = Chunk { time: ReadTime::At(time), bytes: &bytes, line_errors: &line_errors };
-        session.take_chunk(BUS, chunk, None, &mut scribe)?;
+    while let Some(read) = simulation.next() {
+        session.take(&Item::Chunk { bus: BUS, chunk: read.chunk(), ready: None }, &mut scribe)?;
         scribe.pause(0, false)?;
         write_truth(&mut simulation, truth.as_mut())?;
     }
@@ -88,7 +87,7 @@ pub(super) fn scenario(name: &str) -> Result<Scenario, Failure> {
 fn write_heading(out: &mut Vec<u8>, config: &Config) {
     // Writing to memory cannot fail.
     let _ = writeln!(out, "# rtutap simulate {}", arguments(config));
-    let _ = writeln!(out, "# line {}", config.line);
+    out.extend_from_slice(hex_heading(Some(config.line), None, false).as_bytes());
 }
 
 /// Returns the arguments that give the same simulation again.
