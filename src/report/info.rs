@@ -205,8 +205,9 @@ impl Info {
         }
         writeln!(out, "frames        {}", self.frames)?;
         let share = self.damaged_bytes as f64 / self.bytes.max(1) as f64 * 100.0;
-        let runs = if self.damaged == 1 { "run" } else { "runs" };
-        writeln!(out, "damaged       {} {runs}, {} bytes, {share:.2} %", self.damaged, self.damaged_bytes)?;
+        let (runs, bytes) = (plural(self.damaged), plural(self.damaged_bytes));
+        let (damaged, damaged_bytes) = (self.damaged, self.damaged_bytes);
+        writeln!(out, "damaged       {damaged} run{runs}, {damaged_bytes} byte{bytes}, {share:.2} %")?;
         writeln!(out, "transactions  {}", self.transactions())?;
         for outcome in Outcome::ALL {
             let count = self.outcomes[outcome as usize];
@@ -218,7 +219,7 @@ impl Info {
         for (_, address, unit) in self.units() {
             let device = unit.device.as_deref().unwrap_or("not recognised");
             let serial = unit.serial_number.as_deref().unwrap_or("-");
-            write!(out, "  {address:>3}  {device:<24} {serial:<13}{:>8} answers", unit.answers)?;
+            write!(out, "  {address:>3}  {device:<24} {serial:<13}{:>8} answer{}", unit.answers, plural(unit.answers))?;
             match &unit.evidence {
                 Some(evidence) => writeln!(out, "  by {evidence}")?,
                 None => writeln!(out)?,
@@ -226,6 +227,11 @@ impl Info {
         }
         Ok(())
     }
+}
+
+/// Returns what a noun ends in behind a count.
+fn plural(count: u64) -> &'static str {
+    if count == 1 { "" } else { "s" }
 }
 
 /// Writes a length of time for people, in the two largest units that matter.

@@ -98,6 +98,12 @@ fn a_leap_of_a_year_is_legal_and_said_by_nobody() {
 }
 
 #[test]
+fn one_of_a_kind_is_told_in_the_singular() {
+    let told = stdout(&["info", "-"], b"01 03 26 00 00 04 4F 41 99\n");
+    assert!(told.contains("1 run, 1 byte, "), "{told}");
+}
+
+#[test]
 fn line_settings_are_those_asked_for_then_the_recordings_then_said() {
     let named = format!("# line 19200-8E1\n{FRAME}");
     assert!(stdout(&["info", "-", "--line", "300-7O2"], named.as_bytes()).contains("300-7O2"));
