@@ -189,7 +189,7 @@ pub struct Simulate {
     pub output: PathBuf,
 
     /// Chooses among all possible courses of events; the same seed gives the same bytes
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, value_parser = seed, allow_negative_numbers = true)]
     pub seed: u64,
 
     /// About how many frames to write, 1 to 100000000
@@ -221,7 +221,7 @@ pub struct Demo {
     pub duration: u32,
 
     /// Chooses among all possible courses of events
-    #[arg(long, default_value_t = 20)]
+    #[arg(long, default_value_t = 20, value_parser = seed, allow_negative_numbers = true)]
     pub seed: u64,
 }
 
@@ -371,6 +371,10 @@ fn number(text: &str, least: f64, most: f64, unit: &str) -> Result<f64, String> 
         Ok(_) => Err(format!("not within {least} to {most} {unit}")),
         Err(_) => Err(format!("not a number from {least} to {most} {unit}")),
     }
+}
+
+fn seed(text: &str) -> Result<u64, String> {
+    text.parse().map_err(|_| format!("not a whole number from 0 to {}", u64::MAX))
 }
 
 pub(crate) fn salinity(text: &str) -> Result<f64, String> {

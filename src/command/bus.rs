@@ -1,5 +1,6 @@
 //! What `decode` and `info` share: from the inputs on the command line to events.
 
+use std::io;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -45,7 +46,15 @@ pub(super) fn profile(file: &Path) -> Result<Profile, Failure> {
     let name = file.display().to_string();
     #[expect(clippy::disallowed_methods, reason = "profiles are files")]
     let text = std::fs::read_to_string(file);
-    let text = text.map_err(|error| Failure::new(format!("cannot read '{name}': {error}")))?;
+    let text = text.map_err(|error| {
+        let hint = match error.kind() {
+            io::ErrorKind::NotFound => "check the path; 'rtutap profiles' lists the profiles built in",
+            io::ErrorKind::IsADirectory => "name a TOML file in it",
+            io::ErrorKind::InvalidData => "a profile is a TOML file, which is UTF-8 text",
+            _ => "check who may read the file",
+        };
+        Failure::hinted(format!("cannot read '{name}': {error}"), hint)
+    })?;
     Profile::from_toml(&text, &name).map_err(Failure::new)
 }
 

@@ -59,11 +59,11 @@ pub(super) fn run(args: &cli::Decode, verbose: bool) -> Result<(), Failure> {
 /// Reads a filter.
 fn judge(text: &str) -> Result<report::Judge, Failure> {
     let filter = Filter::parse(text).map_err(|error| {
-        let hint = error.hint().map_or_else(
-            || "a filter reads like 'addr == 1 && temperature > 20'".to_owned(),
-            |hint| hint.to_owned(),
-        );
-        Failure::hinted(format!("--filter '{text}': {error}"), hint)
+        let hint = error.hint().unwrap_or("a filter reads like 'addr == 1 && temperature > 20'");
+        let said = error.to_string();
+        // The hint gets a line of its own.
+        let said = said.strip_suffix(hint).map_or(&*said, |said| said.trim_end_matches("; "));
+        Failure::hinted(format!("--filter '{text}': {said}"), hint)
     })?;
     Ok(Box::new(move |bus, event| report::passes(&filter, bus, event)))
 }

@@ -152,6 +152,24 @@ fn a_profile_with_problems_is_refused_with_their_places() {
 }
 
 #[test]
+fn errors_hint_at_their_mend() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let binary = directory.path().join("binary");
+    std::fs::write(&binary, [0xFF; 9]).expect("written");
+    let [directory, binary] = [directory.path(), &binary].map(|path| path.to_str().expect("UTF-8"));
+    for (args, part) in [
+        (&["decode", "-", "--profile", "nofile.toml"][..], "hint: check the path"),
+        (&["profiles", "check", "nofile"], "hint: check the path"),
+        (&["profiles", "check", directory], "hint: name a TOML file in it"),
+        (&["profiles", "check", binary], "hint: a profile is a TOML file"),
+        (&["decode", "-", "--filter", "addr=1"], "found '='\nhint: write '==' to compare\n"),
+        (&["simulate", "-o", "-", "--seed", "-1"], "not a whole number from 0 to 18446744073709551615"),
+    ] {
+        rtutap(args).write_stdin(FRAME).assert().code(2).stderr(predicate::str::contains(part));
+    }
+}
+
+#[test]
 fn help_names_every_command_and_a_wrong_one_is_status_2() {
     let help = stdout(&["--help"], b"");
     for command in ["decode", "info", "simulate", "demo", "profiles", "completions", "man"] {
