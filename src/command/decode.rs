@@ -35,14 +35,14 @@ pub(super) fn run(args: &cli::Decode, verbose: bool) -> Result<(), Failure> {
     };
     let readings = show.contains(&Show::Readings);
     let says_environment = format != RowFormat::Text;
-    let mut printer = Printer { rows: Rows::new(show, writer, judge), output, derived: false };
+    let mut printer = Printer { rows: Rows::new(show, writer, judge), output };
     printer.rows.heading(&mut printer.output.buffer);
     let result = bus::read(&args.bus, &profiles, readings, &mut printer);
     // What was decoded before something went wrong is shown first.
     printer.output.flush()?;
     result?;
-    if printer.derived && says_environment && (args.bus.salinity.is_none() || args.bus.pressure_kpa.is_none())
-    {
+    let environment = printer.rows.needs_environment() && says_environment;
+    if environment && (args.bus.salinity.is_none() || args.bus.pressure_kpa.is_none()) {
         message::note(
             "derived values use a salinity of 0 and 101.325 kPa where not given (--salinity, --pressure-kpa)",
         );
@@ -72,7 +72,6 @@ fn judge(text: &str) -> Result<report::Judge, Failure> {
 struct Printer {
     rows: Rows,
     output: Output,
-    derived: bool,
 }
 
 impl Sink for Printer {
@@ -81,9 +80,6 @@ impl Sink for Printer {
     fn begin(&mut self, _line: LineSettings) {}
 
     fn event(&mut self, event: &Event<'_>) {
-        if let Event::Reading { reading, .. } = event {
-            self.derived |= reading.derived;
-        }
         self.rows.event(BUS, event, &mut self.output.buffer);
     }
 

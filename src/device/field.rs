@@ -188,6 +188,11 @@ impl Reading<'_> {
     pub fn is_implausible(&self) -> bool {
         matches!(&self.origin, Origin::Field(field) if field.is_implausible())
     }
+
+    /// Tells whether it was calculated with salinity and air pressure.
+    pub fn needs_environment(&self) -> bool {
+        matches!(&self.origin, Origin::Formula(formula, _) if formula.needs_environment())
+    }
 }
 
 impl fmt::Display for Reading<'_> {

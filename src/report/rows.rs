@@ -40,12 +40,21 @@ pub struct Rows {
     gate: Gate,
     row: Vec<u8>,
     transaction_passes: bool,
+    says_environment: bool,
 }
 
 impl Rows {
     /// Makes rows of the kinds `show` in `format`; without a judge all pass.
     pub fn new(show: Vec<Show>, format: Box<dyn Format>, judge: Option<Judge>) -> Self {
-        Rows { show, format, judge, gate: Gate::default(), row: Vec::new(), transaction_passes: true }
+        Rows {
+            show,
+            format,
+            judge,
+            gate: Gate::default(),
+            row: Vec::new(),
+            transaction_passes: true,
+            says_environment: false,
+        }
     }
 
     /// Appends what stands before the first row.
@@ -59,6 +68,7 @@ impl Rows {
         let is_shown = self.show.iter().any(|show| show.includes(event));
         let Some(judge) = &self.judge else {
             if is_shown {
+                self.note_environment(event);
                 self.format.row(bus, event, out);
             }
             return;
@@ -80,7 +90,9 @@ impl Rows {
             }
             Event::Lost(_) | Event::Identified { .. } => Verdict::Settled(is_shown && judge(bus, event)),
         };
-        if is_shown {
+        // What does not pass is not written either: its guesses would be hinted at.
+        if is_shown && verdict != Verdict::Settled(false) {
+            self.note_environment(event);
             self.row.clear();
             self.format.row(bus, event, &mut self.row);
             self.gate.push(&self.row, verdict);
@@ -90,6 +102,17 @@ impl Rows {
     /// Appends what can be shown once every frame before `settled_frame` has its transaction or none.
     pub fn settle(&mut self, settled_frame: u64, out: &mut Vec<u8>) {
         self.gate.release(settled_frame, out);
+    }
+
+    fn note_environment(&mut self, event: &Event<'_>) {
+        if let Event::Reading { reading, .. } = event {
+            self.says_environment |= reading.needs_environment();
+        }
+    }
+
+    /// Tells whether a reading was shown that depends on salinity and air pressure.
+    pub fn needs_environment(&self) -> bool {
+        self.says_environment
     }
 
     /// Returns a reading that was shown though it is only the likeliest, if there was one.

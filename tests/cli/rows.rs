@@ -63,6 +63,19 @@ fn frames_and_damaged_runs_in_order_give_back_the_bytes() {
 }
 
 #[test]
+fn notes_and_hints_are_about_rows_that_were_printed() {
+    let text = stdout(&["simulate", "-o", "-", "--frames", "60"], b"");
+    let csv = ["decode", "-", "--show", "readings", "--format", "csv"];
+    let said = |args: &[&str]| {
+        let output = rtutap(args).write_stdin(&*text).assert().success().get_output().stderr.clone();
+        String::from_utf8(output).expect("UTF-8")
+    };
+    assert!(said(&csv).contains("salinity"));
+    assert_eq!(said(&[&csv[..], &["--filter", "addr == 99"]].concat()), "");
+    assert_eq!(said(&["decode", "-", "--filter", "addr == 99"]), "");
+}
+
+#[test]
 fn every_row_has_its_keys_in_order() {
     let (text, _) = bad_bus();
     let installation = stdout(&["simulate", "-o", "-", "--frames", "60"], b"");
