@@ -156,7 +156,11 @@ impl Input {
                 } else if table::is_table(&prefix) {
                     InputFormat::Table
                 } else if let Some(error) = hex_text::problem_in(&prefix) {
-                    misread = is_text(&prefix).then_some(error);
+                    let is_text = is_text(&prefix);
+                    if is_text && (error.is_time() || hex_text::is_hex_alike(&prefix)) {
+                        return Err(InputError::Hex { name, error });
+                    }
+                    misread = is_text.then_some(error);
                     InputFormat::Raw
                 } else {
                     InputFormat::Hex

@@ -48,6 +48,17 @@ fn hex_text_that_is_none_is_refused_with_line_and_column() {
 }
 
 #[test]
+fn hex_text_with_a_slip_is_not_taken_for_raw_bytes() {
+    for (text, place) in [
+        ("2026-01-01T00:00:00.5 01 03\n", "line 1, column 22: the time has neither"),
+        ("01 03\n2026-02-30T00:00:00Z 01 03\n", "line 2, column 9: the month has no such day"),
+        ("01 03 2 00 # short\n", "line 1, column 7: '2' is half a byte"),
+    ] {
+        refuses(&["decode", "-"], text.as_bytes(), place);
+    }
+}
+
+#[test]
 fn rubbish_is_decoded_as_damage_and_text_that_is_no_hex_text_is_said() {
     let rows = stdout(&["decode", "-", "--show", "frames", "--format", "json"], &[0xFE; 300]);
     assert!(
