@@ -135,6 +135,22 @@ impl Input {
         Input::new(name, size, Box::new(file), format)
     }
 
+    /// Looks whether there is such a file, without opening it: a pipe can be opened but once.
+    ///
+    /// # Errors
+    /// When there is none, or it is a directory.
+    pub fn check(path: &Path) -> Result<(), InputError> {
+        let name = path.display().to_string();
+        if path.as_os_str() == "-" {
+            return Ok(());
+        }
+        match path.metadata() {
+            Ok(metadata) if metadata.is_dir() => Err(InputError::Directory(name)),
+            Ok(_) => Ok(()),
+            Err(error) => Err(InputError::Io { name, error }),
+        }
+    }
+
     fn new(
         name: String,
         size: Option<u64>,

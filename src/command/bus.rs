@@ -32,6 +32,22 @@ pub(super) trait Sink {
     fn pause(&mut self, settled_frame: u64, waits: bool) -> Result<(), Failure>;
 }
 
+/// Refuses a command line that contradicts itself, or names inputs that aren't there.
+pub(super) fn check(args: &cli::Bus) -> Result<(), Failure> {
+    for (index, later) in args.devices.iter().enumerate() {
+        let mut earlier = args.devices[..index].iter().filter(|earlier| earlier.address == later.address);
+        if let Some(earlier) = earlier.find(|earlier| earlier.device != later.device) {
+            let (address, device) = (later.address, &later.device);
+            let message = format!("--device says that {address} is {} and that it is {device}", earlier.device);
+            return Err(Failure::hinted(message, "give one --device for an address"));
+        }
+    }
+    if args.inputs.iter().filter(|path| path.as_os_str() == "-").count() > 1 {
+        return Err(Failure::hinted("'-' was given twice", "standard input can be read only once"));
+    }
+    args.inputs.iter().try_for_each(|path| Ok(Input::check(path)?))
+}
+
 /// Returns the built-in profiles and those given.
 pub(super) fn profiles(files: &[impl AsRef<Path>]) -> Result<Arc<Profiles>, Failure> {
     let mut profiles = Profiles::built_in();

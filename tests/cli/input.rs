@@ -163,6 +163,14 @@ fn a_profile_with_problems_is_refused_with_their_places() {
 }
 
 #[test]
+fn a_command_line_that_contradicts_itself_is_refused_before_any_output() {
+    let devices = ["decode", "-", "--device", "1=yosemitech-do", "--device", "1=yosemitech-sonde"];
+    refuses(&devices, FRAME.as_bytes(), "1 is yosemitech-do and that it is yosemitech-sonde");
+    refuses(&["decode", "-", "-"], FRAME.as_bytes(), "'-' was given twice");
+    refuses(&["decode", "-", "missing", "--format", "csv"], FRAME.as_bytes(), "missing");
+}
+
+#[test]
 fn errors_hint_at_their_mend() {
     let directory = tempfile::tempdir().expect("a directory");
     let binary = directory.path().join("binary");
