@@ -16,6 +16,9 @@ use crate::pipeline::{Event, Options, Pipeline};
 /// What the bus of a recording is called that names none.
 pub(super) const BUS: &str = "bus0";
 
+/// More bytes than this without a single frame are worth a warning.
+const MANY_BYTES: usize = 1000;
+
 /// Receives what comes out of the inputs.
 pub(super) trait Sink {
     /// Whether rows are printed as they come.
@@ -38,7 +41,8 @@ pub(super) fn check(args: &cli::Bus) -> Result<(), Failure> {
         let mut earlier = args.devices[..index].iter().filter(|earlier| earlier.address == later.address);
         if let Some(earlier) = earlier.find(|earlier| earlier.device != later.device) {
             let (address, device) = (later.address, &later.device);
-            let message = format!("--device says that {address} is {} and that it is {device}", earlier.device);
+            let message =
+                format!("--device says that {address} is {} and that it is {device}", earlier.device);
             return Err(Failure::hinted(message, "give one --device for an address"));
         }
     }
@@ -136,13 +140,17 @@ fn line(args: &cli::Bus, input: &Input) -> LineSettings {
 
 fn read_input<S: Sink>(mut input: Input, pipeline: &mut Pipeline, sink: &mut S) -> Result<(), Failure> {
     let mut progress = Progress::new(S::PRINTS);
+    let (mut bytes, mut frames) = (0, 0);
     let trouble = loop {
         match input.next_chunk() {
-            Ok(Some(chunk)) => pipeline.handle_bytes(&chunk),
+            Ok(Some(chunk)) => {
+                bytes += chunk.bytes.len();
+                pipeline.handle_bytes(&chunk);
+            }
             Ok(None) => break None,
             Err(error) => break Some(error),
         }
-        drain(pipeline, sink);
+        frames += drain(pipeline, sink);
         let waits = input.is_drained();
         if waits {
             progress.update(&input);
@@ -150,9 +158,16 @@ fn read_input<S: Sink>(mut input: Input, pipeline: &mut Pipeline, sink: &mut S) 
         sink.pause(pipeline.settled_frame_id(), waits)?;
     };
     pipeline.finish();
-    drain(pipeline, sink);
+    frames += drain(pipeline, sink);
     sink.pause(u64::MAX, true)?;
     progress.finish();
+    if frames == 0 && bytes > MANY_BYTES {
+        let name = input.name();
+        message::warning(format_args!(
+            "no frame in {bytes} bytes of '{name}'; is it Modbus RTU, at this speed?"
+        ));
+        message::hint("check speed and character format (--line)");
+    }
     if let Some(back) = input.times_back() {
         let more = match back.count {
             1 => String::new(),
@@ -169,9 +184,12 @@ fn read_input<S: Sink>(mut input: Input, pipeline: &mut Pipeline, sink: &mut S) 
     trouble.map_or(Ok(()), |error| Err(error.into()))
 }
 
-/// Hands over all events that are there.
-pub(super) fn drain(pipeline: &mut Pipeline, sink: &mut impl Sink) {
+/// Hands over all events that are there; returns how many frames were among them.
+pub(super) fn drain(pipeline: &mut Pipeline, sink: &mut impl Sink) -> u64 {
+    let mut frames = 0;
     while let Some(event) = pipeline.poll_event() {
+        frames += u64::from(matches!(event, Event::Frame(_)));
         sink.event(&event);
     }
+    frames
 }

@@ -70,6 +70,19 @@ fn rubbish_is_decoded_as_damage_and_text_that_is_no_hex_text_is_said() {
 }
 
 #[test]
+fn many_bytes_without_a_frame_are_warned_of() {
+    let part = || {
+        predicate::str::contains("warning: no frame in 1001 bytes of 'standard input'")
+            .and(predicate::str::contains("--line"))
+    };
+    for command in ["decode", "info"] {
+        rtutap(&[command, "-"]).write_stdin(vec![0xFE; 1001]).assert().success().stderr(part());
+        let few = rtutap(&[command, "-"]).write_stdin(vec![0xFE; 1000]).assert().success();
+        few.stderr(predicate::str::contains("warning").not());
+    }
+}
+
+#[test]
 fn numbers_out_of_range_are_refused() {
     for (option, value, part) in [
         ("--salinity", "-5", "not within 0 to 100"),
