@@ -267,6 +267,8 @@ pub enum ShowKind {
     Transactions,
     /// Measured and derived values
     Readings,
+    /// What is wrong with the traffic; this version has no rules yet
+    Findings,
 }
 
 impl From<ShowKind> for Show {
@@ -275,6 +277,7 @@ impl From<ShowKind> for Show {
             ShowKind::Frames => Show::Frames,
             ShowKind::Transactions => Show::Transactions,
             ShowKind::Readings => Show::Readings,
+            ShowKind::Findings => Show::Findings,
         }
     }
 }
@@ -303,6 +306,8 @@ pub enum InfoFormat {
 /// Names the formats of recordings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum InputKind {
+    /// MCAP
+    Mcap,
     /// Hex text
     Hex,
     /// Raw bytes
@@ -316,6 +321,7 @@ pub enum InputKind {
 impl From<InputKind> for InputFormat {
     fn from(kind: InputKind) -> InputFormat {
         match kind {
+            InputKind::Mcap => InputFormat::Mcap,
             InputKind::Hex => InputFormat::Hex,
             InputKind::Raw => InputFormat::Raw,
             InputKind::Pcap => InputFormat::Pcap,

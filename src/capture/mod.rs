@@ -35,6 +35,8 @@ const PREFIX: u64 = 4096;
 /// Names the formats that can be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum InputFormat {
+    /// MCAP, which this version cannot read.
+    Mcap,
     /// Hex text: a line a read, with or without a time.
     Hex,
     /// The bytes themselves, without times.
@@ -185,6 +187,7 @@ impl Input {
             }
         };
         let reader: Box<dyn ReadChunks> = match format {
+            InputFormat::Mcap => return Err(InputError::Mcap(name)),
             InputFormat::Hex => Box::new(HexText::new(source)),
             InputFormat::Raw => Box::new(Raw::new(source)),
             InputFormat::Pcap => Box::new(Pcap::new(source)),

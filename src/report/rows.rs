@@ -13,6 +13,8 @@ pub enum Show {
     Transactions,
     /// Readings.
     Readings,
+    /// Findings; there is no rule yet that makes one.
+    Findings,
     /// Identifications alone.
     Devices,
 }

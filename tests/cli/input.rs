@@ -28,6 +28,7 @@ fn an_input_that_cannot_be_read_is_named() {
         refuses(&[command, &path("missing")], b"", "missing': No such file");
         refuses(&[command, &path("")], b"", "it is a directory");
         refuses(&[command, &path("mcap")], b"", "MCAP");
+        refuses(&[command, "-", "--input-format", "mcap"], b"01", "is an MCAP recording, and this version");
         refuses(&[command, "-"], b"", "'standard input' is empty");
         refuses(&[command, "-", "--input-format", "raw"], b"", "'standard input' is empty");
     }

@@ -63,6 +63,13 @@ fn frames_and_damaged_runs_in_order_give_back_the_bytes() {
 }
 
 #[test]
+fn findings_can_be_asked_for() {
+    for format in ["text", "json"] {
+        assert_eq!(stdout(&["decode", "-", "--show", "findings", "--format", format], b"01 03"), "");
+    }
+}
+
+#[test]
 fn notes_and_hints_are_about_rows_that_were_printed() {
     let text = stdout(&["simulate", "-o", "-", "--frames", "60"], b"");
     let csv = ["decode", "-", "--show", "readings", "--format", "csv"];
