@@ -23,6 +23,8 @@ use crate::section::nearest;
 pub struct Identified {
     /// The unit address.
     pub address: u8,
+    /// The address that the device gave up for this one.
+    pub moved_from: Option<u8>,
     /// The id of the profile.
     pub device: Arc<str>,
     /// The serial number, once it was read.
@@ -128,13 +130,14 @@ impl Devices {
         let identified = self.identified(to, t)?;
         let before = if identified.evidence.is_empty() { "" } else { "; before: " };
         let evidence = format!("took address {to} in place of {}{before}{}", t.address, identified.evidence);
-        Some(Identified { evidence, ..identified })
+        Some(Identified { evidence, moved_from: Some(t.address), ..identified })
     }
 
     fn identified(&self, address: u8, t: &Transaction<'_>) -> Option<Identified> {
         let known = &self.known[usize::from(address)];
         Some(Identified {
             address,
+            moved_from: None,
             device: Arc::clone(self.profiles.id(known.device()?)?),
             serial_number: known.serial_number().map(str::to_owned),
             evidence: known.evidence.to_string(),
