@@ -119,7 +119,7 @@ pub struct Decode {
     /// Print only what passes, such as 'addr == 1 && temperature > 20'
     ///
     /// Compared can be addr, fn, reg, quantity, outcome, exception, latency, time, device, serial, cmd,
-    /// role, reason, bus, and any decoded field; also: echo, damaged, crc good, crc bad,
+    /// role, reason, bus, and any decoded field or derived value; also: echo, damaged, crc good, crc bad,
     /// 'bytes contains 26 00'. A frame passes when its transaction does.
     #[arg(long, value_name = "EXPR")]
     pub filter: Option<String>,

@@ -6,9 +6,11 @@ use super::message;
 use super::output::Output;
 use crate::analyze::filter::Filter;
 use crate::cli::{self, RowFormat};
+use crate::device::Profiles;
 use crate::line::LineSettings;
 use crate::pipeline::Event;
 use crate::report::{self, Clock, Csv, Format, Json, Rows, Show, Text};
+use crate::section::nearest;
 
 /// Runs the command.
 pub(super) fn run(args: &cli::Decode, verbose: bool) -> Result<(), Failure> {
@@ -19,7 +21,7 @@ pub(super) fn run(args: &cli::Decode, verbose: bool) -> Result<(), Failure> {
         show.push(Show::Transactions);
     }
     let profiles = bus::profiles(&args.bus.profiles)?;
-    let judge = args.filter.as_deref().map(judge).transpose()?;
+    let judge = args.filter.as_deref().map(|text| judge(text, &profiles)).transpose()?;
     let clock = Clock::new(args.time.unwrap_or_default().into());
     let (output, writer): (Output, Box<dyn Format>) = match (format, &show[..]) {
         (RowFormat::Text, _) => {
@@ -57,7 +59,7 @@ pub(super) fn run(args: &cli::Decode, verbose: bool) -> Result<(), Failure> {
 }
 
 /// Reads a filter.
-fn judge(text: &str) -> Result<report::Judge, Failure> {
+fn judge(text: &str, profiles: &Profiles) -> Result<report::Judge, Failure> {
     let filter = Filter::parse(text).map_err(|error| {
         let hint = error.hint().unwrap_or("a filter reads like 'addr == 1 && temperature > 20'");
         let said = error.to_string();
@@ -65,6 +67,17 @@ fn judge(text: &str) -> Result<report::Judge, Failure> {
         let said = said.strip_suffix(hint).map_or(&*said, |said| said.trim_end_matches("; "));
         Failure::hinted(format!("--filter '{text}': {said}"), hint)
     })?;
+    let commands = || profiles.iter().flat_map(|profile| &profile.commands);
+    let fields = commands().flat_map(|command| command.request.iter().chain(&command.response));
+    let derived = profiles.iter().flat_map(|profile| &profile.derived);
+    let mut names: Vec<&str> = fields.map(|field| &*field.name).collect();
+    names.extend(derived.map(|derived| &*derived.name));
+    let known: Vec<&str> = Filter::known_names().collect();
+    for name in filter.field_names().into_iter().filter(|name| !names.contains(name)) {
+        let near = nearest(name, known.iter().copied().chain(names.iter().copied()));
+        let near = near.map_or_else(String::new, |near| format!("; did you mean '{near}'?"));
+        message::warning(format_args!("--filter: no profile has a field '{name}'{near}"));
+    }
     Ok(Box::new(move |bus, event| report::passes(&filter, bus, event)))
 }
 

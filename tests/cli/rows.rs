@@ -63,6 +63,18 @@ fn frames_and_damaged_runs_in_order_give_back_the_bytes() {
 }
 
 #[test]
+fn filters_see_derived_values_and_unknown_names_are_warned_of() {
+    let text = stdout(&["simulate", "-o", "-", "--frames", "200"], b"");
+    let decode = ["decode", "-", "--device", "1=yosemitech-do", "--filter"];
+    assert!(!stdout(&[&decode[..], &["do_mg_l > 0.1"]].concat(), text.as_bytes()).is_empty());
+    let warned =
+        rtutap(&["decode", "-", "--filter", "temprature > 1"]).write_stdin("01 03").assert().success();
+    warned.stderr(predicates::str::contains(
+        "warning: --filter: no profile has a field 'temprature'; did you mean 'temperature'?",
+    ));
+}
+
+#[test]
 fn findings_can_be_asked_for() {
     for format in ["text", "json"] {
         assert_eq!(stdout(&["decode", "-", "--show", "findings", "--format", format], b"01 03"), "");
