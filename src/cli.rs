@@ -126,7 +126,7 @@ pub struct Decode {
     /// Print only what passes, such as 'addr == 1 && temperature > 20'
     ///
     /// Compared can be addr, fn, reg, quantity, outcome, exception, latency, time, device, serial, cmd,
-    /// role, reason, bus, and any decoded field; also: echo, damaged, crc good, crc bad,
+    /// role, reason, bus, and any decoded field or derived value; also: echo, damaged, crc good, crc bad,
     /// 'bytes contains 26 00'. A frame passes when its transaction does.
     #[arg(long, value_name = "EXPR")]
     pub filter: Option<String>,
@@ -196,7 +196,7 @@ pub struct Simulate {
     pub output: PathBuf,
 
     /// Chooses among all possible courses of events; the same seed gives the same bytes
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, value_parser = seed, allow_negative_numbers = true)]
     pub seed: u64,
 
     /// About how many frames to write, 1 to 100000000
@@ -228,7 +228,7 @@ pub struct Demo {
     pub duration: u32,
 
     /// Chooses among all possible courses of events
-    #[arg(long, default_value_t = 20)]
+    #[arg(long, default_value_t = 20, value_parser = seed, allow_negative_numbers = true)]
     pub seed: u64,
 }
 
@@ -274,6 +274,8 @@ pub enum ShowKind {
     Transactions,
     /// Measured and derived values
     Readings,
+    /// What is wrong with the traffic; this version has no rules yet
+    Findings,
 }
 
 impl From<ShowKind> for Show {
@@ -282,6 +284,7 @@ impl From<ShowKind> for Show {
             ShowKind::Frames => Show::Frames,
             ShowKind::Transactions => Show::Transactions,
             ShowKind::Readings => Show::Readings,
+            ShowKind::Findings => Show::Findings,
         }
     }
 }
@@ -310,6 +313,8 @@ pub enum InfoFormat {
 /// Names the formats of recordings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum InputKind {
+    /// MCAP
+    Mcap,
     /// Hex text
     Hex,
     /// Raw bytes
@@ -323,6 +328,7 @@ pub enum InputKind {
 impl From<InputKind> for InputFormat {
     fn from(kind: InputKind) -> InputFormat {
         match kind {
+            InputKind::Mcap => InputFormat::Mcap,
             InputKind::Hex => InputFormat::Hex,
             InputKind::Raw => InputFormat::Raw,
             InputKind::Pcap => InputFormat::Pcap,
@@ -378,6 +384,10 @@ fn number(text: &str, least: f64, most: f64, unit: &str) -> Result<f64, String> 
         Ok(_) => Err(format!("not within {least} to {most} {unit}")),
         Err(_) => Err(format!("not a number from {least} to {most} {unit}")),
     }
+}
+
+fn seed(text: &str) -> Result<u64, String> {
+    text.parse().map_err(|_| format!("not a whole number from 0 to {}", u64::MAX))
 }
 
 pub(crate) fn salinity(text: &str) -> Result<f64, String> {

@@ -1,5 +1,6 @@
 //! What `decode`, `info` and `export` share: from the inputs on the command line to events.
 
+use std::io;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -16,6 +17,9 @@ use crate::report::redact::Redactor;
 
 /// What the bus of a recording is called that names none.
 pub(super) const BUS: &str = "bus0";
+
+/// More bytes than this without a single frame are worth a warning.
+const MANY_BYTES: usize = 1000;
 
 /// Receives what comes out of the inputs.
 pub(super) trait Sink {
@@ -58,6 +62,23 @@ pub(super) struct Wanted {
     pub(super) redacted: bool,
 }
 
+/// Refuses a command line that contradicts itself, or names inputs that aren't there.
+pub(super) fn check(args: &cli::Bus) -> Result<(), Failure> {
+    for (index, later) in args.devices.iter().enumerate() {
+        let mut earlier = args.devices[..index].iter().filter(|earlier| earlier.address == later.address);
+        if let Some(earlier) = earlier.find(|earlier| earlier.device != later.device) {
+            let (address, device) = (later.address, &later.device);
+            let message =
+                format!("--device says that {address} is {} and that it is {device}", earlier.device);
+            return Err(Failure::hinted(message, "give one --device for an address"));
+        }
+    }
+    if args.inputs.iter().filter(|path| path.as_os_str() == "-").count() > 1 {
+        return Err(Failure::hinted("'-' was given twice", "standard input can be read only once"));
+    }
+    args.inputs.iter().try_for_each(|path| Ok(Input::check(path)?))
+}
+
 /// Returns the built-in profiles and those given.
 pub(super) fn profiles(files: &[impl AsRef<Path>]) -> Result<Arc<Profiles>, Failure> {
     let mut profiles = Profiles::built_in();
@@ -72,7 +93,15 @@ pub(super) fn profile(file: &Path) -> Result<Profile, Failure> {
     let name = file.display().to_string();
     #[expect(clippy::disallowed_methods, reason = "profiles are files")]
     let text = std::fs::read_to_string(file);
-    let text = text.map_err(|error| Failure::new(format!("cannot read '{name}': {error}")))?;
+    let text = text.map_err(|error| {
+        let hint = match error.kind() {
+            io::ErrorKind::NotFound => "check the path; 'rtutap profiles' lists the profiles built in",
+            io::ErrorKind::IsADirectory => "name a TOML file in it",
+            io::ErrorKind::InvalidData => "a profile is a TOML file, which is UTF-8 text",
+            _ => "check who may read the file",
+        };
+        Failure::hinted(format!("cannot read '{name}': {error}"), hint)
+    })?;
     Profile::from_toml(&text, &name).map_err(Failure::new)
 }
 
@@ -165,15 +194,19 @@ fn read_input<S: Sink>(
     sink: &mut S,
 ) -> Result<(), Failure> {
     let mut progress = Progress::new(S::PRINTS);
+    let (mut bytes, mut frames) = (0, 0);
     let trouble = loop {
         match input.next_chunk() {
-            Ok(Some(chunk)) => match &mut redactor {
-                None => take(&chunk, pipeline, sink),
-                Some(redactor) => {
-                    redactor.push(&chunk);
-                    take_redacted(redactor, pipeline, sink);
+            Ok(Some(chunk)) => {
+                bytes += chunk.bytes.len();
+                match &mut redactor {
+                    None => frames += take(&chunk, pipeline, sink),
+                    Some(redactor) => {
+                        redactor.push(&chunk);
+                        frames += take_redacted(redactor, pipeline, sink);
+                    }
                 }
-            },
+            }
             Ok(None) => break None,
             Err(error) => break Some(error),
         }
@@ -185,12 +218,19 @@ fn read_input<S: Sink>(
     };
     if let Some(redactor) = &mut redactor {
         redactor.finish();
-        take_redacted(redactor, pipeline, sink);
+        frames += take_redacted(redactor, pipeline, sink);
     }
     pipeline.finish();
-    drain(pipeline, sink);
+    frames += drain(pipeline, sink);
     sink.pause(u64::MAX, true)?;
     progress.finish();
+    if frames == 0 && bytes > MANY_BYTES {
+        let name = input.name();
+        message::warning(format_args!(
+            "no frame in {bytes} bytes of '{name}'; is it Modbus RTU, at this speed?"
+        ));
+        message::hint("check speed and character format (--line)");
+    }
     if let Some(back) = input.times_back() {
         let more = match back.count {
             1 => String::new(),
@@ -207,21 +247,26 @@ fn read_input<S: Sink>(
     trouble.map_or(Ok(()), |error| Err(error.into()))
 }
 
-fn take(chunk: &Chunk<'_>, pipeline: &mut Pipeline, sink: &mut impl Sink) {
+fn take(chunk: &Chunk<'_>, pipeline: &mut Pipeline, sink: &mut impl Sink) -> u64 {
     sink.chunk(chunk);
     pipeline.handle_bytes(chunk);
-    drain(pipeline, sink);
+    drain(pipeline, sink)
 }
 
-fn take_redacted(redactor: &mut Redactor, pipeline: &mut Pipeline, sink: &mut impl Sink) {
+fn take_redacted(redactor: &mut Redactor, pipeline: &mut Pipeline, sink: &mut impl Sink) -> u64 {
+    let mut frames = 0;
     while let Some(chunk) = redactor.pop() {
-        take(&chunk, pipeline, sink);
+        frames += take(&chunk, pipeline, sink);
     }
+    frames
 }
 
-/// Hands over all events that are there.
-pub(super) fn drain(pipeline: &mut Pipeline, sink: &mut impl Sink) {
+/// Hands over all events that are there; returns how many frames were among them.
+pub(super) fn drain(pipeline: &mut Pipeline, sink: &mut impl Sink) -> u64 {
+    let mut frames = 0;
     while let Some(event) = pipeline.poll_event() {
+        frames += u64::from(matches!(event, Event::Frame(_)));
         sink.event(&event);
     }
+    frames
 }

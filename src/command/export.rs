@@ -18,7 +18,7 @@ pub(super) fn run(args: &cli::Export) -> Result<(), Failure> {
     check(args, kind)?;
     let profiles = bus::profiles(&args.bus.profiles)?;
     let mut exporter = Exporter {
-        writer: Writer::new(args, kind)?,
+        writer: Writer::new(args, kind, &profiles)?,
         output: Output::later(&args.output),
         begun: false,
         derived: false,

@@ -11,7 +11,7 @@ use crate::report::info::Info;
 /// Runs the command.
 pub(super) fn run(args: &cli::Info) -> Result<(), Failure> {
     let profiles = bus::profiles(&args.bus.profiles)?;
-    let mut info = Info::default();
+    let mut info = Info::new(&profiles);
     bus::read(&args.bus, &profiles, Wanted::default(), &mut info)?;
     let mut output = Output::stdout();
     let text = match args.format {
