@@ -27,7 +27,7 @@ pub(super) fn run(args: &cli::Export) -> Result<(), Failure> {
         return write_mcap(args, &profiles);
     }
     let mut exporter = Exporter {
-        writer: Writer::new(args, kind)?,
+        writer: Writer::new(args, kind, &profiles)?,
         output: Output::later(&args.output),
         begun: false,
         is_hex: kind == ExportKind::Hex,
