@@ -1,5 +1,7 @@
 //! The command line: types only.
 
+mod export;
+
 use std::path::PathBuf;
 
 use clap::builder::{PossibleValue, PossibleValuesParser};
@@ -10,6 +12,7 @@ use crate::line::LineSettings;
 use crate::report::{Show, TimeStyle};
 use crate::simulate::{Adapter, Scenario};
 use crate::time::MILLISECOND;
+pub use export::{Export, ExportKind, LinkKind};
 
 /// Listens on a Modbus RTU bus without ever speaking, and says what the sensors said.
 #[derive(Debug, Parser)]
@@ -42,7 +45,8 @@ Examples:
   rtutap demo
   rtutap decode capture.hex
   rtutap decode capture.hex --show readings --format csv > readings.csv
-  rtutap info capture.hex";
+  rtutap info capture.hex
+  rtutap export capture.hex -o capture.pcapng";
 
 /// Names the commands.
 #[derive(Debug, Subcommand)]
@@ -52,6 +56,9 @@ pub enum Command {
     Decode(Decode),
     /// Say what a recording holds: times, line, devices, counts
     Info(Info),
+    /// Write a recording in another format
+    #[command(after_help = export::NOTES)]
+    Export(Export),
     /// Write a recording of a simulated bus, as hex text
     #[command(after_help = SIMULATE_EXAMPLES)]
     Simulate(Simulate),

@@ -133,6 +133,10 @@ impl Config {
                 args.time = args.time.or(self.time);
                 self.complete_bus(&mut args.bus);
             }
+            Command::Export(args) => {
+                args.time = args.time.or(self.time);
+                self.complete_bus(&mut args.bus);
+            }
             _ => {}
         }
     }

@@ -9,6 +9,7 @@
 use std::fmt;
 use std::io::Read;
 
+use super::directive::Directives;
 use super::instant;
 use super::reader::{Failure, Forward, ReadChunks, TimesBack};
 use super::window::Window;
@@ -109,7 +110,7 @@ pub(super) struct HexText<R> {
     bytes: Vec<u8>,
     time: ReadTime,
     forward: Forward,
-    settings: Option<LineSettings>,
+    directives: Directives,
     begun: bool,
 }
 
@@ -130,7 +131,7 @@ impl<R: Read> HexText<R> {
             bytes: Vec::new(),
             time: ReadTime::Unknown,
             forward: Forward::new("line"),
-            settings: None,
+            directives: Directives::default(),
             begun: false,
         }
     }
@@ -150,12 +151,14 @@ impl<R: Read> HexText<R> {
         if state.column == 0 {
             let (time, body) = head(text).map_err(located)?;
             at = body;
-            self.time = time.map_or(ReadTime::UnknownAfterSilence, ReadTime::At);
+            let untimed =
+                if self.directives.is_raw { ReadTime::Unknown } else { ReadTime::UnknownAfterSilence };
+            self.time = time.map_or(untimed, ReadTime::At);
         }
         let body = body(&text[at..], !is_whole, state, &mut self.bytes);
         let body = body.map_err(|(offset, problem)| located((at + offset, problem)))?;
-        if !self.begun && self.bytes.is_empty() && self.settings.is_none() {
-            self.settings = body.comment_at.and_then(|offset| settings_in(&text[at + offset..]));
+        if let Some(offset) = body.comment_at.filter(|_| !self.begun && self.bytes.is_empty()) {
+            self.directives.read(&text[at + offset..]);
         }
         let read = at + body.read;
         if let (ReadTime::At(time), true, 0) = (self.time, !self.bytes.is_empty(), state.column) {
@@ -203,7 +206,11 @@ impl<R: Read> ReadChunks for HexText<R> {
     }
 
     fn line(&self) -> Option<LineSettings> {
-        self.settings
+        self.directives.line
+    }
+
+    fn adapter_hold_ns(&self) -> Option<i64> {
+        self.directives.adapter_hold_ns
     }
 
     fn times_back(&self) -> Option<TimesBack> {
@@ -321,14 +328,6 @@ fn check_comment(comment: &[u8]) -> Found<()> {
         Some(offset) => Err((offset, Problem::NotHex(comment[offset]))),
         None => Ok(()),
     }
-}
-
-/// Reads line settings from a comment such as `# line 19200-8E1; a line a byte`.
-fn settings_in(comment: &[u8]) -> Option<LineSettings> {
-    let text = str::from_utf8(comment.strip_prefix(b"#")?).ok()?;
-    let rest = text.trim_start().strip_prefix("line ")?.trim_start();
-    let end = rest.find(|c: char| !c.is_ascii_alphanumeric() && c != '-' && c != '.').unwrap_or(rest.len());
-    rest[..end].parse().ok()
 }
 
 const NO_NIBBLE: u8 = 0xFF;

@@ -2,6 +2,8 @@
 //!
 //! Knows bytes and times, no Modbus. Memory stays flat whatever the length of the recording.
 
+mod directive;
+mod hex_line;
 mod hex_text;
 mod instant;
 mod pcap;
@@ -19,6 +21,7 @@ use thiserror::Error;
 
 use crate::decode::chunk::Chunk;
 use crate::line::LineSettings;
+pub use hex_line::{hex_heading, hex_line};
 pub use hex_text::HexError;
 use hex_text::HexText;
 use pcap::Pcap;

@@ -1,4 +1,4 @@
-//! What `decode` and `info` share: from the inputs on the command line to events.
+//! What `decode`, `info` and `export` share: from the inputs on the command line to events.
 
 use std::io;
 use std::path::Path;
@@ -7,11 +7,13 @@ use std::sync::Arc;
 use super::failure::Failure;
 use super::message;
 use super::progress::Progress;
-use crate::capture::Input;
+use crate::capture::{Input, InputFormat};
 use crate::cli;
+use crate::decode::chunk::Chunk;
 use crate::device::{Devices, Environment, Profile, Profiles};
 use crate::line::LineSettings;
 use crate::pipeline::{Event, Options, Pipeline};
+use crate::report::redact::Redactor;
 
 /// What the bus of a recording is called that names none.
 pub(super) const BUS: &str = "bus0";
@@ -24,8 +26,11 @@ pub(super) trait Sink {
     /// Whether rows are printed as they come.
     const PRINTS: bool;
 
-    /// Begins an input with these line settings.
-    fn begin(&mut self, line: LineSettings);
+    /// Begins an input.
+    fn begin(&mut self, origin: &Origin);
+
+    /// Takes a read, before what comes of it.
+    fn chunk(&mut self, _chunk: &Chunk<'_>) {}
 
     /// Takes an event.
     fn event(&mut self, event: &Event<'_>);
@@ -50,6 +55,28 @@ pub(super) fn check(args: &cli::Bus) -> Result<(), Failure> {
         return Err(Failure::hinted("'-' was given twice", "standard input can be read only once"));
     }
     args.inputs.iter().try_for_each(|path| Ok(Input::check(path)?))
+}
+
+/// Says how the bytes of an input were received.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Origin {
+    /// Speed and character format.
+    pub(super) line: LineSettings,
+    /// Whether nobody said so.
+    pub(super) line_is_assumed: bool,
+    /// Whether nothing is known of when bytes were read.
+    pub(super) is_raw: bool,
+    /// The longest time the adapter kept a byte back, where it is known.
+    pub(super) adapter_hold_ns: Option<i64>,
+}
+
+/// Says what is wanted of the inputs.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Wanted {
+    /// Readings.
+    pub(super) readings: bool,
+    /// Serial numbers blanked.
+    pub(super) redacted: bool,
 }
 
 /// Returns the built-in profiles and those given.
@@ -82,25 +109,38 @@ pub(super) fn profile(file: &Path) -> Result<Profile, Failure> {
 pub(super) fn read(
     args: &cli::Bus,
     profiles: &Arc<Profiles>,
-    readings: bool,
+    wanted: Wanted,
     sink: &mut impl Sink,
 ) -> Result<(), Failure> {
     let mut ids = (0, 0);
     devices(args, profiles)?;
     for path in &args.inputs {
         let mut input = Input::open(path, args.input_format.map(Into::into))?;
-        let line = line(args, &input);
-        input.use_line(line);
-        let options = Options {
-            line,
+        let origin = Origin {
+            line: line(args, &input),
+            line_is_assumed: args.line.or(input.line()).is_none(),
+            is_raw: input.format() == InputFormat::Raw,
             adapter_hold_ns: args.adapter_hold.map(|hold| hold.0).or(input.adapter_hold_ns()),
+        };
+        input.use_line(origin.line);
+        let options = Options {
+            line: origin.line,
+            adapter_hold_ns: origin.adapter_hold_ns,
             first_frame_id: ids.0,
             first_transaction_id: ids.1,
-            readings,
+            readings: wanted.readings,
         };
-        sink.begin(options.line);
-        let mut pipeline = Pipeline::new(options, devices(args, profiles)?, profiles.shapes());
-        read_input(input, &mut pipeline, sink)?;
+        let pipeline = |options| -> Result<Pipeline, Failure> {
+            Ok(Pipeline::new(options, devices(args, profiles)?, profiles.shapes()))
+        };
+        let redactor = if wanted.redacted {
+            Some(Redactor::new(pipeline(options.clone())?, Arc::clone(profiles)))
+        } else {
+            None
+        };
+        let mut pipeline = pipeline(options)?;
+        sink.begin(&origin);
+        read_input(input, redactor, &mut pipeline, sink)?;
         ids = pipeline.next_ids();
     }
     Ok(())
@@ -122,6 +162,15 @@ fn devices(args: &cli::Bus, profiles: &Arc<Profiles>) -> Result<Devices, Failure
     Ok(devices)
 }
 
+/// Says what derived values rest on, where nobody asked for it.
+pub(super) fn say_environment(args: &cli::Bus) {
+    if args.salinity.is_none() || args.pressure_kpa.is_none() {
+        message::note(
+            "derived values use a salinity of 0 and 101.325 kPa where not given (--salinity, --pressure-kpa)",
+        );
+    }
+}
+
 /// Chooses the line settings: those asked for, the recording's, or what sensors leave the factory with.
 fn line(args: &cli::Bus, input: &Input) -> LineSettings {
     if let Some(error) = input.misread() {
@@ -138,25 +187,39 @@ fn line(args: &cli::Bus, input: &Input) -> LineSettings {
     })
 }
 
-fn read_input<S: Sink>(mut input: Input, pipeline: &mut Pipeline, sink: &mut S) -> Result<(), Failure> {
+fn read_input<S: Sink>(
+    mut input: Input,
+    mut redactor: Option<Redactor>,
+    pipeline: &mut Pipeline,
+    sink: &mut S,
+) -> Result<(), Failure> {
     let mut progress = Progress::new(S::PRINTS);
     let (mut bytes, mut frames) = (0, 0);
     let trouble = loop {
         match input.next_chunk() {
             Ok(Some(chunk)) => {
                 bytes += chunk.bytes.len();
-                pipeline.handle_bytes(&chunk);
+                frames += match &mut redactor {
+                    None => take(&chunk, pipeline, sink),
+                    Some(redactor) => {
+                        redactor.push(&chunk);
+                        take_redacted(redactor, pipeline, sink)
+                    }
+                };
             }
             Ok(None) => break None,
             Err(error) => break Some(error),
         }
-        frames += drain(pipeline, sink);
         let waits = input.is_drained();
         if waits {
             progress.update(&input);
         }
         sink.pause(pipeline.settled_frame_id(), waits)?;
     };
+    if let Some(redactor) = &mut redactor {
+        redactor.finish();
+        frames += take_redacted(redactor, pipeline, sink);
+    }
     pipeline.finish();
     frames += drain(pipeline, sink);
     sink.pause(u64::MAX, true)?;
@@ -182,6 +245,20 @@ fn read_input<S: Sink>(mut input: Input, pipeline: &mut Pipeline, sink: &mut S) 
     }
     // What was read before the trouble has been shown.
     trouble.map_or(Ok(()), |error| Err(error.into()))
+}
+
+fn take(chunk: &Chunk<'_>, pipeline: &mut Pipeline, sink: &mut impl Sink) -> u64 {
+    sink.chunk(chunk);
+    pipeline.handle_bytes(chunk);
+    drain(pipeline, sink)
+}
+
+fn take_redacted(redactor: &mut Redactor, pipeline: &mut Pipeline, sink: &mut impl Sink) -> u64 {
+    let mut frames = 0;
+    while let Some(chunk) = redactor.pop() {
+        frames += take(&chunk, pipeline, sink);
+    }
+    frames
 }
 
 /// Hands over all events that are there; returns how many frames were among them.

@@ -1,13 +1,12 @@
 //! `rtutap decode`: prints a recording.
 
-use super::bus::{self, BUS, Sink};
+use super::bus::{self, BUS, Origin, Sink, Wanted};
 use super::failure::Failure;
 use super::message;
 use super::output::Output;
 use crate::analyze::filter::Filter;
 use crate::cli::{self, RowFormat};
 use crate::device::Profiles;
-use crate::line::LineSettings;
 use crate::pipeline::Event;
 use crate::report::{self, Clock, Csv, Format, Json, Rows, Show, Text};
 use crate::section::nearest;
@@ -35,23 +34,20 @@ pub(super) fn run(args: &cli::Decode, verbose: bool) -> Result<(), Failure> {
             return Err(Failure::hinted("CSV has one kind of row", hint));
         }
     };
-    let readings = show.contains(&Show::Readings);
+    let wanted = Wanted { readings: show.contains(&Show::Readings), redacted: false };
     let says_environment = format != RowFormat::Text;
     let mut printer = Printer { rows: Rows::new(show, writer, judge), output };
     printer.rows.heading(&mut printer.output.buffer);
-    let result = bus::read(&args.bus, &profiles, readings, &mut printer);
+    let result = bus::read(&args.bus, &profiles, wanted, &mut printer);
     // What was decoded before something went wrong is shown first.
     printer.output.flush()?;
     result?;
-    let environment = printer.rows.needs_environment() && says_environment;
-    if environment && (args.bus.salinity.is_none() || args.bus.pressure_kpa.is_none()) {
-        message::note(
-            "derived values use a salinity of 0 and 101.325 kPa where not given (--salinity, --pressure-kpa)",
-        );
+    if printer.rows.needs_environment() && says_environment {
+        bus::say_environment(&args.bus);
     }
     if let Some(guess) = printer.rows.guess() {
         message::hint(format_args!(
-            "devices marked '?' are the likeliest of several; --device {}={} settles it",
+            "devices marked '?' are likely, not proven; --device {}={} settles it",
             guess.address, guess.device
         ));
     }
@@ -59,7 +55,7 @@ pub(super) fn run(args: &cli::Decode, verbose: bool) -> Result<(), Failure> {
 }
 
 /// Reads a filter.
-fn judge(text: &str, profiles: &Profiles) -> Result<report::Judge, Failure> {
+pub(super) fn judge(text: &str, profiles: &Profiles) -> Result<report::Judge, Failure> {
     let filter = Filter::parse(text).map_err(|error| {
         let hint = error.hint().unwrap_or("a filter reads like 'addr == 1 && temperature > 20'");
         let said = error.to_string();
@@ -90,7 +86,7 @@ struct Printer {
 impl Sink for Printer {
     const PRINTS: bool = true;
 
-    fn begin(&mut self, _line: LineSettings) {}
+    fn begin(&mut self, _origin: &Origin) {}
 
     fn event(&mut self, event: &Event<'_>) {
         self.rows.event(BUS, event, &mut self.output.buffer);

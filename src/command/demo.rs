@@ -8,7 +8,6 @@ use super::failure::Failure;
 use super::output::Output;
 use super::{message, simulate};
 use crate::cli;
-use crate::decode::chunk::{Chunk, ReadTime};
 use crate::device::{Devices, Environment, Profiles};
 use crate::line::LineSettings;
 use crate::pipeline::{Options, Pipeline};
@@ -83,8 +82,7 @@ impl Stage {
     }
 
     fn take(&mut self, read: &Read) -> Result<(), Failure> {
-        let Read { time, bytes, line_errors } = read;
-        self.pipeline.handle_bytes(&Chunk { time: ReadTime::At(*time), bytes, line_errors });
+        self.pipeline.handle_bytes(&read.chunk());
         self.show()
     }
 

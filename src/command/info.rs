@@ -1,10 +1,9 @@
 //! `rtutap info`: says what a recording holds.
 
-use super::bus::{self, BUS, Sink};
+use super::bus::{self, BUS, Origin, Sink, Wanted};
 use super::failure::Failure;
 use super::output::Output;
 use crate::cli::{self, InfoFormat};
-use crate::line::LineSettings;
 use crate::pipeline::Event;
 use crate::report::Clock;
 use crate::report::info::Info;
@@ -13,7 +12,7 @@ use crate::report::info::Info;
 pub(super) fn run(args: &cli::Info) -> Result<(), Failure> {
     let profiles = bus::profiles(&args.bus.profiles)?;
     let mut info = Info::new(&profiles);
-    bus::read(&args.bus, &profiles, false, &mut info)?;
+    bus::read(&args.bus, &profiles, Wanted::default(), &mut info)?;
     let mut output = Output::stdout();
     let text = match args.format {
         InfoFormat::Text => info.to_text(Clock::new(args.time.unwrap_or_default().into())),
@@ -26,8 +25,8 @@ pub(super) fn run(args: &cli::Info) -> Result<(), Failure> {
 impl Sink for Info {
     const PRINTS: bool = false;
 
-    fn begin(&mut self, line: LineSettings) {
-        Info::begin(self, line);
+    fn begin(&mut self, origin: &Origin) {
+        Info::begin(self, origin.line);
     }
 
     fn event(&mut self, event: &Event<'_>) {

@@ -4,6 +4,7 @@ mod bus;
 mod completions;
 mod decode;
 mod demo;
+mod export;
 mod failure;
 mod info;
 mod man;
@@ -40,12 +41,14 @@ fn run_command(cli: &mut Cli) -> Result<(), Failure> {
         Command::Man => return man::run(),
         Command::Decode(args) => bus::check(&args.bus)?,
         Command::Info(args) => bus::check(&args.bus)?,
+        Command::Export(args) => bus::check(&args.bus)?,
         _ => {}
     }
     Config::load(cli.config.as_deref())?.complete(&mut cli.command);
     match &cli.command {
         Command::Decode(args) => decode::run(args, cli.verbose),
         Command::Info(args) => info::run(args),
+        Command::Export(args) => export::run(args),
         Command::Simulate(args) => simulate::run(args),
         Command::Demo(args) => demo::run(args, cli.verbose),
         Command::Profiles(args) => profiles::run(args),

@@ -4,8 +4,9 @@ use std::io::Write;
 
 use super::failure::Failure;
 use super::output::Output;
+use crate::capture::{hex_heading, hex_line};
 use crate::cli;
-use crate::simulate::{Config, Scenario, Simulation, hex_line, truth_json_line};
+use crate::simulate::{Config, Scenario, Simulation, truth_json_line};
 
 /// Runs the command.
 pub(super) fn run(args: &cli::Simulate) -> Result<(), Failure> {
@@ -28,7 +29,7 @@ pub(super) fn run(args: &cli::Simulate) -> Result<(), Failure> {
     write_heading(&mut output.buffer, &config);
     let mut simulation = Simulation::new(config);
     while let Some(read) = simulation.next() {
-        output.buffer.extend_from_slice(hex_line(&read).as_bytes());
+        output.buffer.extend_from_slice(hex_line(&read.chunk()).as_bytes());
         output.buffer.push(b'\n');
         output.drain()?;
         write_truth(&mut simulation, truth.as_mut())?;
@@ -52,7 +53,7 @@ fn write_heading(out: &mut Vec<u8>, config: &Config) {
         "# rtutap simulate --scenario {} --adapter {adapter} --seed {seed} --frames {frames} --line {line}",
         scenario.name
     );
-    let _ = writeln!(out, "# line {line}");
+    out.extend_from_slice(hex_heading(Some(*line), None, false).as_bytes());
 }
 
 fn write_truth(simulation: &mut Simulation, truth: Option<&mut Output>) -> Result<(), Failure> {

@@ -22,6 +22,7 @@ mod parse;
 mod problem;
 mod profile;
 mod registry;
+mod serial_number;
 mod value;
 
 pub use crate::section::Problem;

@@ -32,6 +32,7 @@ pub struct Csv {
     keys: Vec<&'static str>,
     clock: Clock,
     cells: Vec<Vec<u8>>,
+    remark: Option<&'static str>,
 }
 
 impl Csv {
@@ -57,7 +58,15 @@ impl Csv {
                 keys.push(*key);
             }
         }
-        Csv { cells: vec![Vec::new(); keys.len()], keys, clock }
+        Csv { cells: vec![Vec::new(); keys.len()], keys, clock, remark: None }
+    }
+
+    /// Adds a column that is the same in every row, for what CSV has no other place for.
+    pub fn with_remark(mut self, key: &'static str, remark: &'static str) -> Self {
+        self.keys.push(key);
+        self.cells.push(Vec::new());
+        self.remark = Some(remark);
+        self
     }
 }
 
@@ -74,6 +83,9 @@ impl Format for Csv {
             event,
             &mut Record { keys: &self.keys, cells: &mut self.cells, clock: &self.clock },
         );
+        if let (Some(remark), Some(cell)) = (self.remark, self.cells.last_mut()) {
+            cell.extend_from_slice(remark.as_bytes());
+        }
         record(&self.cells, out);
     }
 
@@ -133,7 +145,7 @@ impl Cells for Record<'_> {
 }
 
 /// Writes a value as JSON does, but text without quotes and nothing for `null`.
-fn plain(value: &Value<'_>, out: &mut Vec<u8>) {
+pub(super) fn plain(value: &Value<'_>, out: &mut Vec<u8>) {
     match value {
         Value::Null => {}
         Value::Float32(number) if !number.is_finite() => {}

@@ -13,9 +13,26 @@ use crate::pipeline::Event;
 #[derive(Debug, Default)]
 pub struct Json {
     scratch: Vec<u8>,
+    remark: Option<&'static str>,
+}
+
+impl Json {
+    /// Says something about all rows in a row before them, of type `remark`.
+    pub fn with_remark(mut self, remark: &'static str) -> Self {
+        self.remark = Some(remark);
+        self
+    }
 }
 
 impl Format for Json {
+    fn heading(&mut self, out: &mut Vec<u8>) {
+        if let Some(remark) = self.remark {
+            out.extend_from_slice(b"{\"type\":\"remark\",\"message\":");
+            quote(remark, out);
+            out.extend_from_slice(b"}\n");
+        }
+    }
+
     fn row(&mut self, bus: &str, event: &Event<'_>, out: &mut Vec<u8>) {
         let start = out.len();
         columns::write(bus, event, &mut Object { out, scratch: &mut self.scratch });
@@ -33,35 +50,39 @@ struct Object<'a> {
 }
 
 impl Cells for Object<'_> {
-    fn cell(&mut self, key: Key, cell: Cell<'_>) {
-        let out = &mut *self.out;
-        out.extend_from_slice(key.quoted.as_bytes());
-        match cell {
-            Cell::Null => out.extend_from_slice(b"null"),
-            Cell::Name(name) => quote_plain(name, out),
-            Cell::Text(text) => quote(text, out),
-            Cell::Unsigned(number) => integer(number, out),
-            Cell::Nanoseconds(ns) => integer(ns, out),
-            Cell::Time(time) => integer(time.as_ns(), out),
-            Cell::Fraction(number) => float(number, out),
-            Cell::Boolean(truth) => boolean(truth, out),
-            Cell::Bytes(bytes) => {
-                out.push(b'"');
-                hex(bytes, out);
-                out.push(b'"');
-            }
-            Cell::LineErrors(errors) => list(errors, out, |error, out| {
-                out.extend_from_slice(b"{\"offset\":");
-                integer(error.offset, out);
-                out.extend_from_slice(b",\"kind\":");
-                quote_plain(error.kind.name(), out);
-                out.push(b'}');
-            }),
-            Cell::Ids(ids) => list(ids, out, |id, out| integer(*id, out)),
-            Cell::Candidates(meaning) => list(meaning.candidates(), out, quote),
-            Cell::Fields(meaning) => fields(meaning, self.scratch, out),
-            Cell::Value(worth) => value(worth, out),
+    fn cell(&mut self, key: Key, worth: Cell<'_>) {
+        self.out.extend_from_slice(key.quoted.as_bytes());
+        cell(&worth, self.out, self.scratch);
+    }
+}
+
+/// Writes what a cell is worth.
+pub(super) fn cell(cell: &Cell<'_>, out: &mut Vec<u8>, scratch: &mut Vec<u8>) {
+    match *cell {
+        Cell::Null => out.extend_from_slice(b"null"),
+        Cell::Name(name) => quote_plain(name, out),
+        Cell::Text(text) => quote(text, out),
+        Cell::Unsigned(number) => integer(number, out),
+        Cell::Nanoseconds(ns) => integer(ns, out),
+        Cell::Time(time) => integer(time.as_ns(), out),
+        Cell::Fraction(number) => float(number, out),
+        Cell::Boolean(truth) => boolean(truth, out),
+        Cell::Bytes(bytes) => {
+            out.push(b'"');
+            hex(bytes, out);
+            out.push(b'"');
         }
+        Cell::LineErrors(errors) => list(errors, out, |error, out| {
+            out.extend_from_slice(b"{\"offset\":");
+            integer(error.offset, out);
+            out.extend_from_slice(b",\"kind\":");
+            quote_plain(error.kind.name(), out);
+            out.push(b'}');
+        }),
+        Cell::Ids(ids) => list(ids, out, |id, out| integer(*id, out)),
+        Cell::Candidates(meaning) => list(meaning.candidates(), out, quote),
+        Cell::Fields(meaning) => fields(meaning, scratch, out),
+        Cell::Value(worth) => value(worth, out),
     }
 }
 

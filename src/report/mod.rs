@@ -4,19 +4,27 @@ mod clock;
 pub mod columns;
 mod csv;
 mod gate;
+pub mod held;
+pub mod hex;
 pub mod info;
 mod json;
+#[cfg(feature = "parquet")]
+pub mod parquet;
+pub mod pcapng;
+pub mod redact;
 mod rows;
 mod subject;
 mod text;
+pub mod wide;
 
 pub use clock::{Clock, TimeStyle};
 pub use csv::Csv;
 pub use json::Json;
-pub use rows::{Judge, Rows, Show};
+pub use rows::{Judge, Passing, Rows, Show};
 pub use subject::passes;
 pub use text::{Guess, Text};
 
+use crate::line::LineSettings;
 use crate::pipeline::Event;
 
 /// Turns events into rows of one output format.
@@ -26,6 +34,9 @@ pub trait Format {
 
     /// Appends what stands before the first row.
     fn heading(&mut self, _out: &mut Vec<u8>) {}
+
+    /// Appends what stands before the first row of a bus with these line settings.
+    fn begin(&mut self, _bus: &str, _line: LineSettings, _out: &mut Vec<u8>) {}
 
     /// Takes note of the time of an event that is not shown, for relative times.
     fn note_time(&mut self, _event: &Event<'_>) {}

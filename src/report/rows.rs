@@ -2,6 +2,7 @@
 
 use super::gate::{Gate, Verdict};
 use super::{Format, Guess};
+use crate::line::LineSettings;
 use crate::pipeline::Event;
 
 /// Names the kinds of rows that can be asked for.
@@ -34,27 +35,54 @@ impl Show {
 /// Decides whether an event passes the filter.
 pub type Judge = Box<dyn Fn(&str, &Event<'_>) -> bool>;
 
+/// Tells which transactions and readings pass the filter, one after the other.
+pub struct Passing {
+    judge: Option<Judge>,
+    transaction_passes: bool,
+}
+
+impl Passing {
+    /// Starts before the first event; without a judge all pass.
+    pub fn new(judge: Option<Judge>) -> Self {
+        Passing { judge, transaction_passes: true }
+    }
+
+    /// Tells whether an event passes; a reading does when its transaction does.
+    pub fn passes(&mut self, bus: &str, event: &Event<'_>) -> bool {
+        match (&self.judge, event) {
+            (None, _) => true,
+            (Some(_), Event::Reading { .. }) => self.transaction_passes,
+            (Some(judge), Event::Transaction { .. }) => {
+                self.transaction_passes = judge(bus, event);
+                self.transaction_passes
+            }
+            (Some(judge), _) => judge(bus, event),
+        }
+    }
+}
+
 /// Turns events into rows of the kinds asked for, as far as they pass the filter.
 pub struct Rows {
     show: Vec<Show>,
     format: Box<dyn Format>,
-    judge: Option<Judge>,
+    is_filtered: bool,
+    passing: Passing,
     gate: Gate,
     row: Vec<u8>,
-    transaction_passes: bool,
     says_environment: bool,
 }
 
 impl Rows {
     /// Makes rows of the kinds `show` in `format`; without a judge all pass.
     pub fn new(show: Vec<Show>, format: Box<dyn Format>, judge: Option<Judge>) -> Self {
+        let is_filtered = judge.is_some();
         Rows {
             show,
             format,
-            judge,
+            is_filtered,
+            passing: Passing::new(judge),
             gate: Gate::default(),
             row: Vec::new(),
-            transaction_passes: true,
             says_environment: false,
         }
     }
@@ -64,33 +92,35 @@ impl Rows {
         self.format.heading(out);
     }
 
+    /// Appends what stands before the first row of a bus with these line settings.
+    pub fn begin(&mut self, bus: &str, line: LineSettings, out: &mut Vec<u8>) {
+        self.format.begin(bus, line, out);
+    }
+
     /// Takes an event; appends to `out` what can be shown now.
     pub fn event(&mut self, bus: &str, event: &Event<'_>, out: &mut Vec<u8>) {
         self.format.note_time(event);
         let is_shown = self.show.iter().any(|show| show.includes(event));
-        let Some(judge) = &self.judge else {
+        if !self.is_filtered {
             if is_shown {
                 self.note_environment(event);
                 self.format.row(bus, event, out);
             }
             return;
-        };
+        }
+        if !is_shown && !matches!(event, Event::Transaction { .. }) {
+            return;
+        }
+        let passes = self.passing.passes(bus, event);
         let verdict = match event {
-            Event::Reading { .. } => Verdict::Settled(self.transaction_passes),
-            Event::Frame(frame) if is_shown => {
-                Verdict::Awaits { frame: frame.place.id, alone: judge(bus, event) }
-            }
-            Event::Damaged(damaged) if is_shown => {
-                Verdict::Awaits { frame: damaged.place.id, alone: judge(bus, event) }
-            }
-            Event::Frame(_) | Event::Damaged(_) => return,
+            Event::Frame(frame) => Verdict::Awaits { frame: frame.place.id, alone: passes },
+            Event::Damaged(damaged) => Verdict::Awaits { frame: damaged.place.id, alone: passes },
             Event::Transaction { transaction, .. } => {
-                self.transaction_passes = judge(bus, event);
                 let ids = [transaction.request, transaction.response].map(|side| Some(side?.id));
-                self.gate.decide(ids, self.transaction_passes);
-                Verdict::Settled(self.transaction_passes)
+                self.gate.decide(ids, passes);
+                Verdict::Settled(passes)
             }
-            Event::Lost(_) | Event::Identified { .. } => Verdict::Settled(is_shown && judge(bus, event)),
+            Event::Reading { .. } | Event::Lost(_) | Event::Identified { .. } => Verdict::Settled(passes),
         };
         // What does not pass is not written either: its guesses would be hinted at.
         if is_shown && verdict != Verdict::Settled(false) {

@@ -25,7 +25,7 @@ mod truth;
 mod water;
 
 pub use adapter::{Adapter, AdapterError};
-pub use read::{Read, hex_line};
+pub use read::Read;
 pub use scenario::{Equipment, Pace, Scenario};
 pub use simulation::{Config, Simulation};
 pub use truth::{TruthFrame, truth_json_line};

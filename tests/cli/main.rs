@@ -3,10 +3,12 @@
 #![allow(clippy::disallowed_methods)] // tests write their own inputs
 
 mod config;
+mod export;
 mod golden;
 mod imports;
 mod input;
 mod rows;
+mod wireshark;
 
 use assert_cmd::Command;
 

@@ -1,7 +1,8 @@
 use super::*;
+use crate::capture::hex_line;
 use crate::decode::frame::Role;
+use crate::simulate::Pace;
 use crate::simulate::adu::checksum;
-use crate::simulate::{Pace, hex_line};
 use crate::time::MILLISECOND;
 
 /// What the listener needs to wake, at most, without a stall.
@@ -326,7 +327,7 @@ fn samples_stay_the_same_for_ever() {
     let mut sums = Vec::new();
     for name in ["installation", "demo", "everything-bad", "two-masters"] {
         let text: String = Simulation::new(config(named(name), Adapter::Ftdi16, 1000))
-            .map(|read| hex_line(&read) + "\n")
+            .map(|read| hex_line(&read.chunk()) + "\n")
             .collect();
         sums.push(checksum(text.as_bytes()));
     }

@@ -1,0 +1,218 @@
+//! What writes each format.
+
+use std::fs::File;
+use std::io::{self, Seek, Write};
+
+use super::super::bus::Origin;
+use super::super::decode::judge;
+use super::super::failure::Failure;
+use super::super::output::{GATHER, Output};
+use crate::capture::hex_heading;
+use crate::cli::{self, ExportKind, LinkKind};
+use crate::decode::chunk::Chunk;
+use crate::device::Profiles;
+use crate::pipeline::Event;
+use crate::report::hex::Hex;
+#[cfg(feature = "parquet")]
+use crate::report::parquet::{Parquet, Table};
+use crate::report::pcapng::{LinkType, Pcapng};
+use crate::report::redact::REMARK;
+use crate::report::wide::Wide;
+use crate::report::{Clock, Csv, Format, Json, Judge, Passing, Rows, Show};
+
+/// The column that says that a CSV was redacted.
+const REMARK_KEY: &str = "remark";
+
+/// Writes one format.
+pub(super) enum Writer {
+    /// Rows, lines or packets that come and go.
+    Rows(Rows),
+    /// The reads, below what is said about them.
+    Hex { reads: Hex, remarks: Vec<String> },
+    /// A table whose heading is known at the end; until then its rows are in a file without a name.
+    Wide { table: Wide, passing: Passing, rows: File, redacted: bool },
+    /// Row groups.
+    #[cfg(feature = "parquet")]
+    Parquet { table: Box<Parquet>, passing: Passing },
+}
+
+impl Writer {
+    /// Makes the writer of a format.
+    pub(super) fn new(args: &cli::Export, kind: ExportKind, profiles: &Profiles) -> Result<Writer, Failure> {
+        let judge = args.filter.as_deref().map(|text| judge(text, profiles)).transpose()?;
+        let clock = Clock::new(args.time.unwrap_or_default().into());
+        let mut show: Vec<Show> = args.show.iter().copied().map(Show::from).collect();
+        show.dedup();
+        let format: Box<dyn Format> = match kind {
+            ExportKind::Hex => return Ok(Writer::Hex { reads: Hex::new(judge), remarks: remarks(args) }),
+            ExportKind::Parquet => return parquet(args, &show, judge),
+            ExportKind::Csv if args.wide => {
+                let (table, passing) = (Wide::new(clock), Passing::new(judge));
+                let rows = tempfile::tempfile().map_err(spill_failed)?;
+                return Ok(Writer::Wide { table, passing, rows, redacted: args.redact });
+            }
+            ExportKind::Csv => {
+                show = vec![only(&show, "CSV", "give one --show, or name the output .jsonl for several")?];
+                let csv = Csv::new(show[0], clock);
+                Box::new(if args.redact { csv.with_remark(REMARK_KEY, REMARK) } else { csv })
+            }
+            ExportKind::Jsonl => {
+                if show.is_empty() {
+                    show = vec![Show::Frames, Show::Transactions, Show::Readings];
+                }
+                let json = Json::default();
+                Box::new(if args.redact { json.with_remark(REMARK) } else { json })
+            }
+            ExportKind::Pcapng => {
+                show = vec![Show::Frames];
+                let remarks = remarks(args);
+                let remark = (!remarks.is_empty()).then(|| remarks.join("; "));
+                Box::new(Pcapng::new(link_type(args.link_type), remark))
+            }
+        };
+        Ok(Writer::Rows(Rows::new(show, format, judge)))
+    }
+
+    /// Writes what stands before everything else.
+    pub(super) fn heading(&mut self, origin: &Origin, out: &mut Vec<u8>) {
+        match self {
+            Writer::Rows(rows) => rows.heading(out),
+            Writer::Hex { remarks, .. } => {
+                let line = (!origin.line_is_assumed).then_some(origin.line);
+                out.extend_from_slice(concat!("# rtutap ", env!("CARGO_PKG_VERSION"), "\n").as_bytes());
+                out.extend_from_slice(hex_heading(line, origin.adapter_hold_ns, origin.is_raw).as_bytes());
+                remarks.iter().for_each(|remark| out.extend_from_slice(format!("# {remark}\n").as_bytes()));
+            }
+            _ => {}
+        }
+    }
+
+    /// Writes what stands before the first row of an input.
+    pub(super) fn begin(&mut self, bus: &str, origin: &Origin, out: &mut Vec<u8>) {
+        if let Writer::Rows(rows) = self {
+            rows.begin(bus, origin.line, out);
+        }
+    }
+
+    /// Takes a read.
+    pub(super) fn chunk(&mut self, chunk: &Chunk<'_>, out: &mut Vec<u8>) {
+        if let Writer::Hex { reads, .. } = self {
+            reads.chunk(chunk, out);
+        }
+    }
+
+    /// Takes an event.
+    pub(super) fn event(&mut self, bus: &str, event: &Event<'_>, out: &mut Vec<u8>) {
+        match self {
+            Writer::Rows(rows) => rows.event(bus, event, out),
+            Writer::Hex { reads, .. } => reads.event(bus, event),
+            Writer::Wide { table, passing, .. } => {
+                table.note_time(event);
+                if passing.passes(bus, event) {
+                    table.event(bus, event, out);
+                }
+            }
+            #[cfg(feature = "parquet")]
+            Writer::Parquet { table, passing } => {
+                if passing.passes(bus, event) {
+                    table.event(bus, event);
+                }
+            }
+        }
+    }
+
+    /// Writes what is settled once every frame before `settled_frame` has its transaction or none.
+    pub(super) fn settle(&mut self, settled_frame: u64, out: &mut Vec<u8>) -> Result<(), Failure> {
+        match self {
+            Writer::Rows(rows) => rows.settle(settled_frame, out),
+            Writer::Hex { reads, .. } => reads.settle(settled_frame, out),
+            Writer::Wide { rows, .. } if out.len() >= GATHER => spill(rows, out)?,
+            Writer::Wide { .. } => {}
+            #[cfg(feature = "parquet")]
+            Writer::Parquet { table, .. } => table.drain(out).map_err(Failure::new)?,
+        }
+        Ok(())
+    }
+
+    /// Writes the rest.
+    pub(super) fn finish(&mut self, output: &mut Output) -> Result<(), Failure> {
+        match self {
+            Writer::Rows(_) | Writer::Hex { .. } => {}
+            Writer::Wide { table, rows, redacted, .. } => {
+                table.finish_row(&mut output.buffer);
+                spill(rows, &mut output.buffer)?;
+                rows.rewind().map_err(spill_failed)?;
+                let remark = redacted.then_some((REMARK_KEY, REMARK));
+                table.finish(rows, &mut *output, remark).map_err(|error| output.failed(&error))?;
+            }
+            #[cfg(feature = "parquet")]
+            Writer::Parquet { table, .. } => table.finish(&mut output.buffer).map_err(Failure::new)?,
+        }
+        output.flush()
+    }
+}
+
+fn link_type(kind: LinkKind) -> LinkType {
+    match kind {
+        LinkKind::RtacSerial => LinkType::RtacSerial,
+        LinkKind::User0 => LinkType::User0,
+    }
+}
+
+/// Returns what a file should say of itself. A redacted one keeps the filter to itself: it may name what is blanked.
+fn remarks(args: &cli::Export) -> Vec<String> {
+    if args.redact {
+        let part = args.filter.is_some().then(|| "only a part, chosen by a filter".to_owned());
+        return part.into_iter().chain([REMARK.to_owned()]).collect();
+    }
+    // In one line, as a comment has to be.
+    let words = |filter: &String| filter.split_whitespace().collect::<Vec<_>>().join(" ");
+    args.filter.iter().map(|filter| format!("only what passes: {}", words(filter))).collect()
+}
+
+/// Returns the kind of rows of a file that has one only; readings unless asked otherwise.
+fn only(show: &[Show], format: &str, hint: &str) -> Result<Show, Failure> {
+    match show {
+        [] => Ok(Show::Readings),
+        [show] => Ok(*show),
+        _ => Err(Failure::hinted(format!("{format} has one kind of row"), hint)),
+    }
+}
+
+#[cfg(not(feature = "parquet"))]
+fn parquet(_: &cli::Export, _: &[Show], _: Option<Judge>) -> Result<Writer, Failure> {
+    let hint = "build it with 'cargo build --release --features parquet'";
+    Err(Failure::hinted("this build of rtutap cannot write Parquet", hint))
+}
+
+#[cfg(feature = "parquet")]
+fn parquet(args: &cli::Export, show: &[Show], judge: Option<Judge>) -> Result<Writer, Failure> {
+    let hint = "give one --show, readings or transactions, and export once for each";
+    let table = match only(show, "Parquet", hint)? {
+        Show::Readings => Table::Readings,
+        Show::Transactions => Table::Transactions,
+        Show::Frames | Show::Devices => {
+            return Err(Failure::hinted("Parquet has readings or transactions, no frames", hint));
+        }
+    };
+    let mut metadata = vec![("rtutap.version".to_owned(), env!("CARGO_PKG_VERSION").to_owned())];
+    let remarks = remarks(args);
+    if !remarks.is_empty() {
+        metadata.push(("rtutap.remark".to_owned(), remarks.join("; ")));
+    }
+    let table = Parquet::new(table, metadata).map_err(Failure::new)?;
+    Ok(Writer::Parquet { table: Box::new(table), passing: Passing::new(judge) })
+}
+
+/// Writes rows to a file without a name, from where they are taken at the end.
+fn spill(file: &mut File, rows: &mut Vec<u8>) -> Result<(), Failure> {
+    let result = file.write_all(rows);
+    rows.clear();
+    result.map_err(spill_failed)
+}
+
+fn spill_failed(error: io::Error) -> Failure {
+    let directory = std::env::temp_dir();
+    let hint = "make room there, or set TMPDIR";
+    Failure::hinted(format!("cannot keep rows in '{}': {error}", directory.display()), hint)
+}

@@ -1,0 +1,278 @@
+//! Exports: what leaves the program means what it meant inside.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use predicates::prelude::*;
+use serde_json::Value;
+use tempfile::TempDir;
+
+use crate::{rtutap, stdout};
+
+const EVERYTHING: [&str; 9] = [
+    "decode",
+    "-",
+    "--format",
+    "json",
+    "--show=frames",
+    "--show=transactions",
+    "--show=readings",
+    "--time",
+    "utc",
+];
+
+fn simulated(scenario: &str) -> String {
+    stdout(&["simulate", "-o", "-", "--scenario", scenario, "--frames", "600", "--adapter", "usb1"], b"")
+}
+
+/// Returns what an export of an input holds.
+fn export(format: &str, args: &[&str], input: &[u8]) -> Vec<u8> {
+    let args = [&["export", "-", "-o", "-", "--format", format], args].concat();
+    rtutap(&args).write_stdin(input).assert().success().get_output().stdout.clone()
+}
+
+fn export_text(format: &str, args: &[&str], input: &[u8]) -> String {
+    String::from_utf8(export(format, args, input)).expect("UTF-8")
+}
+
+fn rows(text: &str) -> Vec<Value> {
+    text.lines().map(|line| serde_json::from_str(line).expect(line)).collect()
+}
+
+#[test]
+fn hex_text_and_back_decodes_to_the_letter() {
+    for scenario in ["installation", "everything-bad"] {
+        let input = simulated(scenario);
+        let exported = export_text("hex", &["--adapter-hold", "1.5"], input.as_bytes());
+        let hold: Vec<&str> = EVERYTHING.into_iter().chain(["--adapter-hold", "1.5"]).collect();
+        let before = stdout(&hold, input.as_bytes());
+        assert!(before.lines().count() > 500);
+        assert_eq!(stdout(&EVERYTHING, exported.as_bytes()), before, "{scenario}");
+    }
+}
+
+#[test]
+fn untimed_input_stays_untimed() {
+    let hex = simulated("installation");
+    let reads = hex.lines().filter(|line| !line.starts_with('#'));
+    let untimed: String =
+        reads.map(|line| line.split_once(' ').expect("a time").1.to_owned() + "\n").collect();
+    let digits = untimed.replace([' ', '\n'], "");
+    let raw: Vec<u8> = (0..digits.len() / 2)
+        .map(|at| u8::from_str_radix(&digits[2 * at..2 * at + 2], 16).expect("hex digits"))
+        .collect();
+    for input in [untimed.as_bytes(), &raw] {
+        let exported = export("hex", &[], input);
+        assert_eq!(stdout(&EVERYTHING, &exported), stdout(&EVERYTHING, input));
+    }
+}
+
+#[test]
+fn json_lines_are_those_of_decode() {
+    let input = simulated("everything-bad");
+    let decoded = stdout(&EVERYTHING, input.as_bytes());
+    assert_eq!(export_text("jsonl", &[], input.as_bytes()), decoded);
+    let filter = ["--filter", "fn == 3 && outcome == answered"];
+    let decoded = stdout(&[&EVERYTHING[..], &filter].concat(), input.as_bytes());
+    assert_eq!(export_text("jsonl", &filter, input.as_bytes()), decoded);
+}
+
+#[test]
+fn filtered_hex_text_holds_the_bytes_of_what_passes() {
+    let input = simulated("everything-bad");
+    let filter = "fn == 3 || damaged";
+    let rows = rows(&stdout(
+        &["decode", "-", "--show=frames", "--format=json", "--filter", filter],
+        input.as_bytes(),
+    ));
+    let wanted: String = rows.iter().filter_map(|row| row["bytes"].as_str()).collect();
+    let exported = export_text("hex", &["--filter", filter], input.as_bytes());
+    let lines = exported.lines().filter(|line| !line.starts_with('#'));
+    let bytes: String =
+        lines.flat_map(|line| line.split('#').next().unwrap_or("").split(' ').skip(1)).collect();
+    assert!(wanted.len() > 1000 && wanted.len() < input.len());
+    assert_eq!(bytes.to_lowercase(), wanted);
+    let times: BTreeSet<&str> = input.lines().filter_map(|line| line.split(' ').next()).collect();
+    assert!(exported.lines().filter_map(|line| line.split(' ').next()).all(|time| times.contains(time)));
+}
+
+#[test]
+fn wide_csv_has_a_row_a_poll_and_every_reading_in_its_column() {
+    let input = simulated("installation");
+    let readings = rows(&stdout(&["decode", "-", "--show=readings", "--format=json"], input.as_bytes()));
+    let table = export_text("csv", &["--wide", "--time", "utc"], input.as_bytes());
+    let mut table = csv::Reader::from_reader(table.as_bytes());
+    let heading = table.headers().expect("a heading").clone();
+    let mut cells = Vec::new();
+    let mut polls = BTreeSet::new();
+    for row in table.records() {
+        let row = row.expect("as many cells as the heading");
+        let transaction = &row[5];
+        assert!(polls.insert(transaction.to_owned()), "one row for {transaction}");
+        for (key, cell) in heading.iter().zip(&row).skip(6).filter(|(_, cell)| !cell.is_empty()) {
+            let value: f64 = cell.parse().expect("a number");
+            cells.push((transaction.to_owned(), key.to_owned(), format!("{value:.6}")));
+        }
+    }
+    let wanted: Vec<_> = readings
+        .iter()
+        .map(|row| {
+            let key = format!(
+                "{} [{}]",
+                row["quantity"].as_str().expect("a name"),
+                row["unit"].as_str().expect("a unit")
+            );
+            (row["transaction"].to_string(), key, format!("{:.6}", row["value"].as_f64().expect("a number")))
+        })
+        .collect();
+    cells.sort();
+    let mut sorted = wanted;
+    sorted.sort();
+    assert!(sorted.len() > 300);
+    assert!(cells == sorted, "{} cells, {} readings", cells.len(), sorted.len());
+}
+
+/// Returns the serial numbers in rows.
+fn serial_numbers(rows: &[Value]) -> BTreeSet<String> {
+    let numbers = rows.iter().filter_map(|row| row["serial_number"].as_str());
+    numbers.map(str::to_owned).collect()
+}
+
+/// Serial numbers in the clear: the kind of device, then digits.
+fn leaks(text: &[u8]) -> bool {
+    text.windows(6).any(|window| window.starts_with(b"YL") && window[2..].iter().all(u8::is_ascii_digit))
+}
+
+#[test]
+fn a_redacted_export_has_no_serial_number_and_means_the_same_otherwise() {
+    let input = simulated("installation");
+    let plain = rows(&export_text("jsonl", &[], input.as_bytes()));
+    assert!(serial_numbers(&plain).contains("YL0119052307"));
+    let hex = export_text("hex", &["--redact"], input.as_bytes());
+    let redacted = rows(&stdout(&EVERYTHING, hex.as_bytes()));
+    assert!(serial_numbers(&redacted).contains("YL01XXXXXXXX"));
+    assert_eq!(plain.len(), redacted.len());
+    for (plain, redacted) in plain.iter().zip(&redacted) {
+        for key in ["type", "id", "device", "command", "role", "outcome", "start_ns", "value", "quantity"] {
+            assert_eq!(plain[key], redacted[key], "{plain}");
+        }
+    }
+    let bytes: Vec<u8> = redacted
+        .iter()
+        .filter_map(|row| row["bytes"].as_str())
+        .flat_map(|digits| {
+            (0..digits.len() / 2).map(|at| u8::from_str_radix(&digits[2 * at..2 * at + 2], 16))
+        })
+        .collect::<Result<_, _>>()
+        .expect("hex digits");
+    assert!(!leaks(&bytes));
+    for (format, args) in [("csv", &["--wide"][..]), ("csv", &[]), ("jsonl", &[]), ("pcapng", &[])] {
+        assert!(leaks(&export(format, args, input.as_bytes())), "{format} has them otherwise");
+        let redacted = export(format, &[args, &["--redact"]].concat(), input.as_bytes());
+        assert!(!leaks(&redacted), "{format}");
+        assert!(redacted.windows(8).any(|window| window == b"redacted"), "{format} says so");
+    }
+}
+
+/// What a probe answers to a request for its serial number, the CRC good.
+const ASKED: &str = "# line 9600-8N1\n1.0 01 03 09 00 00 07 07 94\n";
+const ANSWER: &str = "01 03 0E 00 59 4C 30 31 31 34 30 31 30 30 32 32 00 19 66";
+
+#[test]
+fn serial_numbers_are_blanked_in_damaged_unasked_and_headless_answers_too() {
+    let redact = |input: &str| {
+        let text = export_text("hex", &["--redact"], input.as_bytes());
+        text.lines()
+            .rfind(|line| !line.starts_with('#'))
+            .expect("a read")
+            .split_once(' ')
+            .expect("a time")
+            .1
+            .to_owned()
+    };
+    let good = redact(&format!("{ASKED}1.05 {ANSWER}\n"));
+    assert!(good.starts_with("01 03 0E 00 59 4C 30 31 58 58 58 58 58 58 58 58 00 "), "{good}");
+    let unasked = redact(&format!("1.05 {ANSWER}\n"));
+    assert_eq!(unasked, good, "the maker's prefix gives it away");
+    let damaged = redact(&format!("{ASKED}1.05 {}\n", ANSWER.replace("59 4C", "D9 4C")));
+    assert!(!damaged.contains("34 30") && damaged.starts_with("01 03 0E 00 D9"), "{damaged}");
+    let headless = redact(&format!("{ASKED}1.05 {}\n", &ANSWER[6..]));
+    assert!(!headless.contains("34 30"), "{headless}");
+    let cut = redact(&format!("{ASKED}1.05 {}\n", &ANSWER[..42]));
+    assert!(!cut.contains("34 30"), "{cut}");
+}
+
+#[test]
+fn a_redacted_file_does_not_tell_the_filter() {
+    let filter = "serial != \"YL0119052307\"";
+    let input = simulated("installation");
+    let told = export_text("hex", &["--filter", filter], input.as_bytes());
+    assert!(told.contains(filter), "otherwise it does");
+    let redacted = export_text("hex", &["--filter", filter, "--redact"], input.as_bytes());
+    assert!(!leaks(redacted.as_bytes()) && redacted.contains("chosen by a filter"));
+}
+
+#[test]
+fn packets_and_back_are_the_same_frames() {
+    let input = simulated("installation");
+    let packets = export("pcapng", &["--link-type", "250"], input.as_bytes());
+    let frames = |input: &[u8]| {
+        let rows = rows(&stdout(&["decode", "-", "--show=frames", "--format=json"], input));
+        let frames = rows.into_iter().filter(|row| row["type"] == "frame");
+        frames
+            .map(|row| (row["bytes"].clone(), row["role"].clone(), row["end_ns"].as_i64()))
+            .collect::<Vec<_>>()
+    };
+    let (before, after) = (frames(input.as_bytes()), frames(&packets));
+    assert_eq!(before.len(), after.len());
+    for (before, after) in before.iter().zip(&after) {
+        assert_eq!((&before.0, &before.1), (&after.0, &after.1));
+    }
+    let user = export("pcapng", &["--link-type", "147"], input.as_bytes());
+    assert_eq!(user.len() + 12 * before.len(), packets.len(), "without headers it is the same");
+}
+
+fn temporary() -> (TempDir, impl Fn(&str) -> PathBuf) {
+    let directory = tempfile::tempdir().expect("a directory");
+    let path = directory.path().to_owned();
+    (directory, move |name| path.join(name))
+}
+
+fn arg(path: &Path) -> &str {
+    path.to_str().expect("UTF-8")
+}
+
+#[test]
+fn a_recording_is_never_written_over() {
+    let (_directory, path) = temporary();
+    let input = path("it.hex");
+    std::fs::write(&input, simulated("installation")).expect("a file");
+    let before = std::fs::read(&input).expect("a file");
+    let beside = path(".").join("it.hex");
+    rtutap(&["export", arg(&input), "-o", arg(&beside)])
+        .assert()
+        .code(2)
+        .stderr(predicate::str::contains("is an input as well"));
+    assert_eq!(std::fs::read(&input).expect("a file"), before);
+    let output = path("kept.csv");
+    std::fs::write(&output, "kept").expect("a file");
+    rtutap(&["export", arg(&path("none.hex")), "-o", arg(&output)]).assert().code(2);
+    assert_eq!(std::fs::read(&output).expect("a file"), b"kept", "the input could not be read");
+}
+
+#[test]
+fn what_cannot_be_written_is_said_with_a_way_out() {
+    for (args, message) in [
+        (&["-o", "it.xyz"][..], "no format is called 'xyz'"),
+        (&["-o", "it"], "no extension"),
+        (&["-o", "-"], "no extension"),
+        (&["-o", "it.hex", "--wide"], "--wide is for CSV"),
+        (&["-o", "it.csv", "--show=frames", "--show=readings"], "CSV has one kind of row"),
+        (&["-o", "it.pcapng", "--show=frames"], "--show has nothing to choose"),
+        (&["-o", "/nowhere/at/all.csv"], "create the directory first"),
+    ] {
+        let assert =
+            rtutap(&[&["export", "-"], args].concat()).write_stdin("01 03 26 00 00 04 4F 41\n").assert();
+        assert.code(2).stderr(predicate::str::contains(message).and(predicate::str::contains("hint:")));
+    }
+}
