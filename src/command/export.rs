@@ -164,7 +164,7 @@ impl Sink for Exporter {
 
     fn event(&mut self, bus: &str, event: &Event<'_>) {
         if let Event::Reading { reading, .. } = event {
-            self.derived |= reading.derived;
+            self.derived |= reading.needs_environment();
         }
         self.writer.event(bus, event, &mut self.output.buffer);
     }

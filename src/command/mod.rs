@@ -44,6 +44,7 @@ fn run_command(cli: &mut Cli) -> Result<(), Failure> {
         Command::Man => return man::run(),
         Command::Decode(args) => bus::check(&args.bus)?,
         Command::Info(args) => bus::check(&args.bus)?,
+        Command::Export(args) => bus::check(&args.bus)?,
         _ => {}
     }
     Config::load(cli.config.as_deref())?.complete(&mut cli.command);

@@ -123,6 +123,16 @@ fn a_leap_of_a_year_is_legal_and_said_by_nobody() {
 }
 
 #[test]
+fn neither_a_service_address_nor_one_that_was_given_up_counts_as_a_device() {
+    let text = "3.0 01 10 30 00 00 01 02 14 00 99 53\n3.1 01 10 30 00 00 01 0e c9\n\
+                6.0 ff 03 30 00 00 01 9e d4\n6.1 ff 03 02 14 00 9e 90\n";
+    let told = stdout(&["info", "-", "--device", "1=yosemitech-do"], text.as_bytes());
+    let devices: Vec<&str> = told.lines().skip_while(|line| !line.starts_with("devices")).collect();
+    let [count, old, new] = devices[..] else { panic!("{told}") };
+    assert!(count.ends_with(" 1") && old.ends_with("moved to 20") && new.contains("yosemitech-do"), "{told}");
+}
+
+#[test]
 fn one_of_a_kind_is_told_in_the_singular() {
     let told = stdout(&["info", "-"], b"01 03 26 00 00 04 4F 41 99\n");
     assert!(told.contains("1 run, 1 byte, "), "{told}");
