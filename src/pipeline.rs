@@ -87,7 +87,10 @@ enum Stage {
     Response(f32),
     Observe,
     Say,
-    Reading { next: usize, count: usize },
+    Reading {
+        next: usize,
+        count: usize,
+    },
 }
 
 /// Decodes one bus.
@@ -426,33 +429,38 @@ fn end(transaction: &Transaction<'_>) -> Option<Timestamp> {
 
 /// Gives an assembled transaction its bytes.
 fn transaction<'a>(store: &'a Store, current: &Current) -> Transaction<'a> {
-    let Assembled { request, response, outcome } = current.assembled;
-    let side = |part: Part| Side {
+    let Assembled { request, response, outcome } = &current.assembled;
+    let side = |part: &Part| Side {
         id: part.id,
         bytes: store.slice(part.offset, part.end()),
         damaged: part.damaged,
         time: part.time,
     };
-    let (request, response) = (request.map(side), response.map(side));
+    let (request, response) = (request.as_ref().map(side), response.as_ref().map(side));
     // A good frame leads: the request's, or else the response's.
-    let good = |side: Option<Side<'a>>| side.filter(|side| !side.damaged);
-    let (lead, role) = match (good(request), good(response)) {
-        (Some(request), _) => (request.bytes, Role::Request),
-        (None, Some(response)) => (response.bytes, Role::Response),
+    let good = |side: &Option<Side<'a>>| match side {
+        Some(Side { bytes, damaged: false, .. }) => Some(*bytes),
+        _ => None,
+    };
+    let answer = good(&response);
+    let (lead, role) = match (good(&request), answer) {
+        (Some(request), _) => (request, Role::Request),
+        (None, Some(response)) => (response, Role::Response),
         (None, None) => (&[][..], Role::Unknown), // does not occur: a transaction has a good frame
     };
-    let latency = request.and_then(|r| r.time).zip(response.and_then(|r| r.time));
+    let time = |side: &Option<Side<'_>>| side.as_ref()?.time;
+    let latency = time(&request).zip(time(&response));
     Transaction {
         id: current.id,
         address: lead.first().copied().unwrap_or_default(),
         function: FunctionCode(lead.get(1).copied().unwrap_or_default()).without_exception(),
         start_register: pdu::start_register(lead, role),
         quantity: pdu::quantity(lead, role),
-        outcome,
-        exception_code: good(response).and_then(|side| pdu::exception_code(side.bytes)),
+        outcome: *outcome,
+        exception_code: answer.and_then(pdu::exception_code),
+        latency: latency.map(|(request, response)| not_negative(request.end.until(response.start))),
         request,
         response,
-        latency: latency.map(|(request, response)| not_negative(request.end.until(response.start))),
     }
 }
 

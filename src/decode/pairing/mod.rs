@@ -53,7 +53,10 @@ impl Pairing {
 
     /// Tells whether nothing is open or waiting: whatever comes next is decided by itself.
     pub fn is_idle(&self) -> bool {
-        self.settled.is_empty() && self.undecided.is_empty() && self.beam.is_idle() && self.assembler.is_idle()
+        self.settled.is_empty()
+            && self.undecided.is_empty()
+            && self.beam.is_idle()
+            && self.assembler.is_idle()
     }
 
     /// Takes in a request and the answer right behind it, by its address, while it is idle: nothing stays open.
