@@ -131,8 +131,9 @@ fn may_be_frame(class: Class, bytes: &[u8], context: &Context<'_>) -> bool {
     match class {
         Class::None => false,
         Class::Exception => {
-            let length = bytes.len().min(EXCEPTION);
-            matches!(bytes[2], 1..=0x7F) && length >= MIN_FRAME && crc::checksum(&bytes[..length]) == 0
+            let [address, function, code @ 1..=0x7F, low, ref rest @ ..] = *bytes else { return false };
+            let high = rest.first().copied().unwrap_or(0);
+            crc::checksum(&[address, function, code]) == u16::from_le_bytes([low, high])
         }
         Class::Read => {
             let shortest = (5 + usize::from(bytes[2])).min(8);
@@ -141,9 +142,6 @@ fn may_be_frame(class: Class, bytes: &[u8], context: &Context<'_>) -> bool {
         Class::AnyLength | Class::Other => may_end(bytes, context),
     }
 }
-
-/// Bytes of an exception response.
-const EXCEPTION: usize = 5;
 
 /// Sorts function codes by what rules a hidden frame out at a glance.
 #[derive(Clone, Copy, PartialEq, PartialOrd)]
