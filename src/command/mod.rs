@@ -11,6 +11,7 @@ mod log;
 mod man;
 mod message;
 mod output;
+mod ports;
 mod profiles;
 mod progress;
 mod recover;
@@ -63,6 +64,7 @@ fn run_command(cli: &mut Cli) -> Result<(), Failure> {
         Command::Recover(args) => recover::run(args),
         Command::Simulate(args) => simulate::run(args),
         Command::Demo(args) => demo::run(args, cli.verbose),
+        Command::Ports(args) => ports::run(args),
         Command::Profiles(args) => profiles::run(args),
         Command::Completions(_) | Command::Man => Ok(()),
     }
