@@ -182,14 +182,8 @@ const ANSWER: &str = "01 03 0E 00 59 4C 30 31 31 34 30 31 30 30 32 32 00 19 66";
 fn serial_numbers_are_blanked_in_damaged_unasked_and_headless_answers_too() {
     let redact = |input: &str| {
         let text = export_text("hex", &["--redact"], input.as_bytes());
-        text.lines()
-            .filter(|line| !line.starts_with('#'))
-            .last()
-            .expect("a read")
-            .split_once(' ')
-            .expect("a time")
-            .1
-            .to_owned()
+        let read = text.lines().rfind(|line| !line.starts_with('#')).expect("a read");
+        read.split_once(' ').expect("a time").1.to_owned()
     };
     let good = redact(&format!("{ASKED}1.05 {ANSWER}\n"));
     assert!(good.starts_with("01 03 0E 00 59 4C 30 31 58 58 58 58 58 58 58 58 00 "), "{good}");
@@ -276,4 +270,41 @@ fn what_cannot_be_written_is_said_with_a_way_out() {
             rtutap(&[&["export", "-"], args].concat()).write_stdin("01 03 26 00 00 04 4F 41\n").assert();
         assert.code(2).stderr(predicate::str::contains(message).and(predicate::str::contains("hint:")));
     }
+}
+
+#[cfg(feature = "parquet")]
+#[test]
+fn parquet_has_every_reading_in_typed_columns() {
+    use parquet::file::reader::{FileReader, SerializedFileReader};
+    use parquet::record::{Field, RowAccessor};
+
+    let input = simulated("installation");
+    let wanted = rows(&stdout(&["decode", "-", "--show=readings", "--format=json"], input.as_bytes()));
+    let (_directory, path) = temporary();
+    let file = path("it.parquet");
+    rtutap(&["export", "-", "-o", arg(&file), "--redact"]).write_stdin(input).assert().success();
+    let reader = SerializedFileReader::new(std::fs::File::open(&file).expect("a file")).expect("Parquet");
+    let metadata = reader.metadata().file_metadata().key_value_metadata().expect("metadata").clone();
+    assert!(
+        metadata.iter().any(|entry| entry.value.as_ref().is_some_and(|value| value.contains("redacted")))
+    );
+    let mut count = 0;
+    for (row, wanted) in reader.get_row_iter(None).expect("rows").zip(&wanted) {
+        let row = row.expect("a row");
+        let columns: Vec<&str> = row.get_column_iter().map(|(name, _)| name.as_str()).collect();
+        assert_eq!(columns[..4], ["type", "bus", "t", "t_ns"]);
+        assert_eq!(Some(row.get_long(3).expect("nanoseconds")), wanted["t_ns"].as_i64());
+        assert_eq!(
+            Some(row.get_timestamp_micros(2).expect("a time")),
+            wanted["t_ns"].as_i64().map(|ns| ns / 1000)
+        );
+        assert_eq!(Some(u64::from(row.get_ubyte(4).expect("an address"))), wanted["address"].as_u64());
+        assert_eq!(row.get_string(7).ok().map(String::as_str), wanted["quantity"].as_str());
+        let value = row.get_double(8).expect("a number");
+        assert!((value - wanted["value"].as_f64().expect("a number")).abs() < 1e-9, "{wanted}");
+        let serial_number = row.get_column_iter().find(|(name, _)| *name == "serial_number").map(|it| it.1);
+        assert!(!matches!(serial_number, Some(Field::Str(text)) if leaks(text.as_bytes())));
+        count += 1;
+    }
+    assert_eq!((count, count > 300), (wanted.len(), true));
 }

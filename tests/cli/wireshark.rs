@@ -1,5 +1,7 @@
 //! Packets as Wireshark sees them: `cargo test -- --ignored wireshark`, where tshark is installed.
 
+#![allow(clippy::print_stdout)] // the figures are what the ignored test is for
+
 use std::process::Command;
 
 use serde_json::Value;
