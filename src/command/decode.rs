@@ -45,7 +45,7 @@ pub(super) fn run(args: &cli::Decode, verbose: bool) -> Result<(), Failure> {
     }
     if let Some(guess) = printer.rows.guess() {
         message::hint(format_args!(
-            "devices marked '?' are the likeliest of several; --device {}={} settles it",
+            "devices marked '?' are likely, not proven; --device {}={} settles it",
             guess.address, guess.device
         ));
     }

@@ -13,10 +13,12 @@ use crate::time::{Interval, MILLISECOND, SECOND, Span, Timestamp};
 
 /// Nanoseconds from a byte being there to an idle host reading it: the wake-up allowance.
 pub const WAKE_NS: i64 = 500_000;
+/// Nanoseconds that the USB may add to an adapter's own hold: a frame.
+const USB_NS: i64 = MILLISECOND;
 /// Data bytes of a full packet of the commonest USB adapters (FTDI AN232B-04).
 const PACKET: u64 = 62;
-/// Nanoseconds of their latency timer as it comes, with a millisecond for the USB.
-const LATENCY_TIMER_NS: i64 = 17 * MILLISECOND;
+/// Nanoseconds of their latency timer as it comes.
+const LATENCY_TIMER_NS: i64 = 16 * MILLISECOND;
 /// Nanoseconds that an adapter is believed to keep a byte back at most; no driver comes near.
 const MOST_HOLD_NS: i64 = 60 * SECOND;
 
@@ -140,17 +142,21 @@ impl Stamper {
         self.reads.push_back(entry);
     }
 
-    /// Estimates from a read of several bytes how long the adapter keeps a byte back at least, in nanoseconds.
+    /// Estimates from a read of several bytes how long the adapter keeps a byte back, in nanoseconds: it collects
+    /// them, as the commonest does for its latency timer, or longer.
     fn hold_seen_ns(&self, length: u64) -> i64 {
-        let seen = self.run_ns(length.min(PACKET));
-        // On a fast line packets fill up before the timer runs out: their size says little about it.
-        if self.run_ns(PACKET) < LATENCY_TIMER_NS { seen.max(LATENCY_TIMER_NS) } else { seen }
+        self.run_ns(length.min(PACKET)).max(LATENCY_TIMER_NS)
+    }
+
+    /// Returns how long a byte may have waited for an unstalled reader, in nanoseconds.
+    fn held_ns(&self) -> i64 {
+        if self.hold_ns > 0 { self.hold_ns + USB_NS + WAKE_NS } else { WAKE_NS }
     }
 
     /// Bounds a read's bytes by itself and the read before.
     fn bound(&self, read: Timestamp, timed: bool, after_silence: bool, length: u64) -> Read {
         let first_latest = read - self.run_ns(length - 1);
-        let held = self.hold_ns + WAKE_NS;
+        let held = self.held_ns();
         let certain = match (self.last, self.last_read) {
             (Some((certain, _)), Some(last_read)) => (certain + self.character_ns).max(last_read - held),
             _ => read - held.max(self.run_ns(length)),
@@ -158,19 +164,19 @@ impl Stamper {
         // More bytes than the adapter can hold were read late: nothing is known but the certain bound.
         let stalled = self.hold_known && self.run_ns(length) > held;
         let earliest = if stalled { certain } else { certain.max(read - held) };
-        let earliest = match self.last {
-            Some((_, earliest_before)) => earliest.max(earliest_before + self.character_ns),
-            None => earliest,
-        };
+        let chained = self.last.map_or(earliest, |(_, before)| earliest.max(before + self.character_ns));
+        // Bytes that come faster than the line's speed allows: some time is wrong by as much as they contradict.
+        let wrong = (chained - first_latest).max(0);
+        let earliest = chained - wrong;
+        let latest = if wrong > 0 { chained + wrong + self.run_ns(length - 1) } else { read };
         Read {
             offset: self.end,
             length,
             timed,
             after_silence,
-            // Bytes that come faster than the line's speed allows: the later bound holds.
-            certain: certain.min(first_latest),
-            earliest: earliest.min(first_latest),
-            latest: read,
+            certain: certain.min(earliest),
+            earliest,
+            latest,
             read,
         }
     }
@@ -290,7 +296,10 @@ mod tests {
         assert_eq!(times[2].latest, Timestamp::from_ns(1000 * MILLISECOND));
         assert_eq!(times[2].latest - times[1].latest, TC);
         assert_eq!(times[1].earliest - times[0].earliest, TC);
-        assert_eq!(times[0].earliest, Timestamp::from_ns(1000 * MILLISECOND - 16 * MILLISECOND - WAKE_NS));
+        assert_eq!(
+            times[0].earliest,
+            Timestamp::from_ns(1000 * MILLISECOND - 16 * MILLISECOND - USB_NS - WAKE_NS)
+        );
     }
 
     #[test]
@@ -302,7 +311,10 @@ mod tests {
         // Had the host stalled it could have come right after the first read; otherwise it is fresh.
         let first = stamper.byte(0).expect("timed");
         assert_eq!(late.certain, first.certain + TC);
-        assert_eq!(late.earliest, Timestamp::from_ns(5000 * MILLISECOND - 16 * MILLISECOND - WAKE_NS));
+        assert_eq!(
+            late.earliest,
+            Timestamp::from_ns(5000 * MILLISECOND - 16 * MILLISECOND - USB_NS - WAKE_NS)
+        );
     }
 
     #[test]
@@ -344,22 +356,25 @@ mod tests {
     }
 
     #[test]
-    fn an_unknown_adapter_on_a_fast_line_may_hold_bytes_for_its_timer() {
-        let fast = "115200-8N1".parse().expect("a line setting");
-        let mut stamper = Stamper::new(fast, None);
+    fn an_adapter_that_collects_bytes_is_believed_to_have_a_latency_timer() {
+        let mut stamper = stamper(None);
         stamper.push(at(1000), 1);
         assert_eq!(stamper.hold_ns(), 0);
         stamper.push(at(1100), 2);
         assert_eq!(stamper.hold_ns(), LATENCY_TIMER_NS);
-        let mut slow = stamper_of_two_bytes();
-        slow.push(at(1100), 16);
-        assert_eq!(slow.hold_ns(), 16 * TC);
+        stamper.push(at(1200), 40);
+        assert_eq!(stamper.hold_ns(), 40 * TC);
     }
 
-    fn stamper_of_two_bytes() -> Stamper {
-        let mut stamper = stamper(None);
-        stamper.push(at(1000), 2);
-        stamper
+    #[test]
+    fn times_too_coarse_for_the_line_widen_the_bounds() {
+        let mut stamper = stamper(Some(0));
+        stamper.push(at(1000), 8);
+        stamper.push(at(1000), 13);
+        let (request, response) = (stamper.byte(7).expect("timed"), stamper.byte(8).expect("timed"));
+        // Thirteen characters cannot pass in no time: the second read's time is off by about that much.
+        assert!(response.interval().half_width() >= 12 * TC, "{response:?}");
+        assert!(response.interval().midpoint() > request.interval().midpoint());
     }
 
     #[test]

@@ -17,7 +17,8 @@ const DEVICE_ADDRESSES: std::ops::RangeInclusive<i64> = 1..=247;
 /// Is a request that a device accepted, and what it tells.
 pub(super) struct Exchange<'a> {
     profiles: &'a Profiles,
-    /// The profiles that declare its function and start register.
+    /// The profiles that declare its function and start register, whatever the quantity: Yosemitech's probes answer
+    /// counts that their manuals do not have.
     pub(super) declaring: Set,
     /// Those of which it is a fingerprint.
     pub(super) fingerprint: Set,
@@ -35,15 +36,21 @@ pub(super) struct SerialNumber<'a> {
 
 impl<'a> Exchange<'a> {
     /// Reads what a transaction tells; `None` when nothing was accepted.
-    pub(super) fn read(profiles: &'a Profiles, entry: &'a Entry, t: &Transaction<'a>) -> Option<Self> {
+    ///
+    /// Without an entry no profile declares its function and start register.
+    pub(super) fn read(
+        profiles: &'a Profiles,
+        entry: Option<&'a Entry>,
+        t: &Transaction<'a>,
+    ) -> Option<Self> {
         if !is_accepted(t) {
             return None;
         }
-        let declaring = entry.declaring;
+        let declaring = entry.map(|entry| entry.declaring).unwrap_or_default();
         let none = Set::default();
         let mut exchange =
             Exchange { profiles, declaring, fingerprint: none, serial_number: None, new_address: None };
-        if entry.is_telling {
+        if let Some(entry) = entry.filter(|entry| entry.is_telling) {
             exchange.look_closer(entry, t);
         }
         Some(exchange)

@@ -180,29 +180,42 @@ pub struct Reading<'a> {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Origin<'a> {
     Field(Field<'a>),
-    Formula(Formula, Environment),
+    Formula {
+        formula: Formula,
+        environment: Environment,
+        /// The first input that is implausible.
+        doubtful: Option<&'a str>,
+    },
 }
 
 impl Reading<'_> {
-    /// Tells whether the value is outside the profile's range, not a number or infinite.
+    /// Tells whether the value is outside the profile's range, not a number or infinite, or follows from one.
     pub fn is_implausible(&self) -> bool {
-        matches!(&self.origin, Origin::Field(field) if field.is_implausible())
+        match &self.origin {
+            Origin::Field(field) => field.is_implausible(),
+            Origin::Formula { doubtful, .. } => doubtful.is_some(),
+        }
     }
 }
 
 impl fmt::Display for Reading<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (formula, environment) = match &self.origin {
+        let (formula, environment, doubtful) = match &self.origin {
             Origin::Field(field) => return field.fmt(f),
-            Origin::Formula(formula, environment) => (formula, environment),
+            Origin::Formula { formula, environment, doubtful } => (formula, environment, doubtful),
         };
         // Three decimals are more than the sensors resolve.
         let rounded = self.value.as_f64().map_or(Value::Null, |value| Value::Float64(round(value)));
         write_with_unit(f, &rounded, self.unit)?;
         if formula.needs_environment() {
-            write!(f, " (salinity {}, {} kPa)", environment.salinity, environment.pressure_kpa)?;
+            write!(f, " (salinity {}, {} kPa", environment.salinity, environment.pressure_kpa)?;
         }
-        Ok(())
+        match (doubtful, formula.needs_environment()) {
+            (Some(input), true) => write!(f, "; implausible: from {input})"),
+            (Some(input), false) => write!(f, " (implausible: from {input})"),
+            (None, true) => f.write_str(")"),
+            (None, false) => Ok(()),
+        }
     }
 }
 

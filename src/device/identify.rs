@@ -1,8 +1,9 @@
 //! Learns which device is at which address, from traffic alone.
 //!
-//! Evidence, weakest first: the registers that a device answers leave some profiles possible; an
-//! accepted exchange that a profile declares as its fingerprint names a device; so does the type code
-//! in a serial number; what the user says overrides all. A request alone proves only what the master
+//! Evidence, weakest first: each register that a device answers leaves those profiles possible that have
+//! it, none where no profile does; an accepted exchange that a profile declares as its fingerprint names a device; so does the type code
+//! in a serial number; what the user says overrides all. The quantity rules out no profile: probes
+//! answer counts that their manuals do not have. A request alone proves only what the master
 //! believes, so nothing is learnt from one.
 
 use std::sync::Arc;
@@ -27,7 +28,7 @@ pub struct Identified {
     pub device: Arc<str>,
     /// The serial number, once it was read.
     pub serial_number: Option<String>,
-    /// What shows it, as a sentence for people.
+    /// What shows it, for people: it goes on after 'recognised by'.
     pub evidence: String,
     /// The ids of the frames that show it.
     pub frames: Vec<u64>,
@@ -105,7 +106,7 @@ impl Devices {
         if t.address == 0 || self.profiles.is_service_address(t.address) {
             return None; // no single device answers there
         }
-        let entry = self.profiles.entry(t.function.0, t.start_register?)?;
+        let entry = self.profiles.entry(t.function.0, t.start_register?);
         let exchange = Exchange::read(&self.profiles, entry, t)?;
         let known = &mut self.known[usize::from(t.address)];
         let was_unknown = known.is_unknown();
@@ -126,8 +127,9 @@ impl Devices {
         self.known[usize::from(to)].arrive(moved);
         self.moved = Some(Move { transaction: t.id, from: t.address, to });
         let identified = self.identified(to, t)?;
-        let before = if identified.evidence.is_empty() { "" } else { "; before: " };
-        let evidence = format!("took address {to} in place of {}{before}{}", t.address, identified.evidence);
+        let before = Some(&identified.evidence).filter(|before| !before.is_empty());
+        let before = before.map(|before| format!(" (there by {before})")).unwrap_or_default();
+        let evidence = format!("its move from address {}{before}", t.address);
         Some(Identified { evidence, ..identified })
     }
 
@@ -160,7 +162,7 @@ impl Devices {
     }
 }
 
-/// Puts into a sentence why an address has its device.
+/// Puts into words why an address has its device, as they go on after 'recognised by'.
 fn evidence(
     profiles: &Profiles,
     known: &Known,
@@ -177,13 +179,13 @@ fn evidence(
             let name = profiles.at(device).map_or("", |profile| &profile.name);
             return format!("serial number {serial_number}: type {code}, {name}");
         }
-        _ if known.is_assigned() => format!("{id} by assignment"),
+        _ if known.is_assigned() => "assignment".to_owned(),
         Learnt { is_new_device: false, .. } => known.evidence.to_string(),
         _ => {
-            let verb = if t.function.0 == 3 || t.function.0 == 4 { "answered" } else { "acknowledged" };
+            let what = if matches!(t.function.0, 3 | 4) { "answer to" } else { "acknowledgement of" };
             let (register, quantity) = (t.start_register.unwrap_or(0), t.quantity.unwrap_or(0));
             let plural = if quantity == 1 { "" } else { "s" };
-            format!("{verb} {register:#06X} with {quantity} register{plural}, which only {id} has")
+            format!("its {what} {quantity} register{plural} at {register:#06X}, which only {id} has")
         }
     };
     if learnt.is_new_serial_number { format!("{reason}; serial number {serial_number}") } else { reason }

@@ -119,7 +119,7 @@ impl Known {
             return false; // no other kind answers this register, whatever its serial number looks like
         } else if !claiming.is_empty() {
             claiming
-        } else if !possible.and(denying).is_empty() {
+        } else if !denying.is_empty() && (possible.is_empty() || !possible.and(denying).is_empty()) {
             possible.without(denying) // the maker's, of a kind that no profile describes
         } else {
             return false;
@@ -128,7 +128,7 @@ impl Known {
         true
     }
 
-    /// Follows what the device answers: the profiles that declare it, and a fingerprint.
+    /// Follows what the device answers: the profiles that declare it, if any, and a fingerprint.
     fn learn_from_registers(&mut self, exchange: &Exchange<'_>) {
         let Exchange { declaring, fingerprint, .. } = *exchange;
         let fits_here = self.fits.and(declaring);
@@ -161,7 +161,8 @@ impl Known {
 
     /// Tells whether the device may be of a kind that obeys the exchange.
     pub(super) fn may_obey(&self, exchange: &Exchange<'_>) -> bool {
-        self.basis == Basis::SerialNumber || !self.fits.and(exchange.declaring).is_empty()
+        let is_assigned = self.assigned.is_some_and(|device| exchange.declaring.contains(device));
+        is_assigned || self.basis == Basis::SerialNumber || !self.fits.and(exchange.declaring).is_empty()
     }
 
     /// Gives away what was learnt, when the device leaves the address.

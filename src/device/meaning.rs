@@ -33,7 +33,7 @@ pub struct Meaning<'a> {
     pub(super) serial_number: Option<&'a str>,
 }
 
-/// Is the likeliest reading of a transaction while profiles disagree.
+/// Is the likeliest reading of a transaction whose device is not known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Likely<'a> {
     /// What the device most likely is.
@@ -82,6 +82,8 @@ impl<'a> Meaning<'a> {
     }
 
     /// Returns the command's name: the device's, or the one on which all candidates agree.
+    ///
+    /// While the device is not known, not even a single candidate vouches for what a profile calls contested.
     pub fn command(&self) -> Option<&'a str> {
         let declared = self.spokesman()?;
         let agreed = self.candidates.is_within(declared.same_name);
@@ -93,14 +95,14 @@ impl<'a> Meaning<'a> {
         self.profiles.command(self.entry?.by(self.device?)?)
     }
 
-    /// Returns the fields on which all candidates agree, or all of the device's.
+    /// Returns the fields on which all candidates agree, but no contested ones; or all of the device's.
     ///
     /// Those of the request come first, then the response's, each in the order of their bytes.
     pub fn fields(&self) -> impl Iterator<Item = Field<'a>> + use<'a> {
         self.agreed_on(Role::Request).chain(self.agreed_on(Role::Response))
     }
 
-    /// Returns the likeliest reading, where the candidates do not agree on command and fields.
+    /// Returns the likeliest reading, where the candidates do not agree on command and fields, or these are contested.
     pub fn likely(&self) -> Option<Likely<'a>> {
         let declared = self.likeliest()?;
         let command = self.profiles.command(declared)?;
@@ -150,9 +152,12 @@ impl<'a> Meaning<'a> {
     /// Calculates a derived value; `None` when an input is missing or null.
     fn derive(&self, spec: &'a Derived) -> Option<Reading<'a>> {
         let mut inputs = [0.0; 2]; // no formula has more
+        let mut doubtful = None;
         let inputs = inputs.get_mut(..spec.inputs.len())?;
         for (input, name) in inputs.iter_mut().zip(&spec.inputs) {
-            *input = self.agreed_on(Role::Response).find(|field| *field.name == **name)?.value.as_f64()?;
+            let field = self.agreed_on(Role::Response).find(|field| *field.name == **name)?;
+            *input = field.value.as_f64()?;
+            doubtful = doubtful.or_else(|| field.is_implausible().then_some(field.name));
         }
         Some(Reading {
             quantity: &spec.name,
@@ -161,7 +166,7 @@ impl<'a> Meaning<'a> {
             derived: true,
             device: self.device(),
             serial_number: self.serial_number,
-            origin: Origin::Formula(spec.formula, self.environment),
+            origin: Origin::Formula { formula: spec.formula, environment: self.environment, doubtful },
         })
     }
 

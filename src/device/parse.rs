@@ -136,13 +136,20 @@ fn read_command(section: &Section<'_>, source: Source) -> Option<Command> {
         let starts = function.and_then(|function| data_start(function, side));
         field::read_all(section, key, starts.map(|_| data_bytes), function)
     };
+    let is_fingerprint = section.boolean("fingerprint").unwrap_or(false);
+    let is_contested = section.boolean("contested").unwrap_or(false);
+    if is_fingerprint && is_contested {
+        let message = "a fingerprint, which only one kind has, is not contested";
+        section.problem(section.place("contested"), message);
+    }
     let command = Command {
         name: name.map_or("", |name| name.value).into(),
         function: function.unwrap_or(0),
         start_register: register.map_or(0, |register| register.value as u16),
         quantities,
         forms,
-        is_fingerprint: section.boolean("fingerprint").unwrap_or(false),
+        is_fingerprint,
+        is_contested,
         source: section.choice("source", &SOURCES).unwrap_or(source),
         remark: section.string("remark").map(|remark| remark.value.into()),
         request: fields("request", Role::Request),

@@ -141,6 +141,10 @@ pub struct Command {
     pub forms: Vec<Form>,
     /// Whether an accepted exchange with one of the quantities proves the kind of device.
     pub is_fingerprint: bool,
+    /// Whether models that no profile describes answer it too, and mean something else.
+    ///
+    /// Then name and fields hold only once the device is known.
+    pub is_contested: bool,
     /// Where the facts come from.
     pub source: Source,
     /// What a reader should know.
@@ -264,6 +268,8 @@ pub struct FieldSpec {
     pub scale: f64,
     /// Whether it is measured, and so gives readings.
     pub is_quantity: bool,
+    /// Whether models that no profile describes have something else here: it holds only once the device is known.
+    pub is_contested: bool,
     /// The plausible values, both ends included.
     pub range: Option<(f64, f64)>,
     /// How it is shown.

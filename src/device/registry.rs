@@ -102,9 +102,9 @@ impl Entry {
 pub(super) struct Declared {
     pub(super) profile: usize,
     command: usize,
-    /// The profiles that give the command the same name.
+    /// The profiles that give the command the same name; none where it is contested.
     pub(super) same_name: Set,
-    /// For each field of the request, the profiles that have the same field.
+    /// For each field of the request, the profiles that have the same field; none where it is contested.
     request: Vec<Set>,
     /// For each field of the response, likewise.
     response: Vec<Set>,
@@ -269,11 +269,14 @@ fn is_telling(command: &Command) -> bool {
 /// Finds who says the same as one profile about a function and register.
 fn declare((profile, command): (usize, &Command), index: usize, all: &[(usize, &Command)]) -> Declared {
     let who = |agrees: &dyn Fn(&Command) -> bool| {
-        Set::of(all.iter().filter(|(_, other)| agrees(other)).map(|&(profile, _)| profile))
+        let agreeing = all.iter().filter(|(_, other)| agrees(other) && !other.is_contested);
+        Set::of(agreeing.map(|&(profile, _)| profile))
     };
     let agreeing = |side: Role| {
-        let has =
-            |field: &FieldSpec| who(&|other| other.fields(side).iter().any(|theirs| field.agrees(theirs)));
+        let has = |field: &FieldSpec| {
+            let agrees = |theirs: &FieldSpec| field.agrees(theirs) && !theirs.is_contested;
+            who(&|other| other.fields(side).iter().any(agrees))
+        };
         command.fields(side).iter().map(has).collect()
     };
     Declared {

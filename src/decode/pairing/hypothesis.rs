@@ -14,7 +14,7 @@ const KEPT: usize = 16;
 /// Given up requests that a late response may still answer, the latest first.
 const EARLIER: usize = 4;
 /// A response to a request that was given up, against one to the outstanding request.
-const LATE: f32 = -6.0;
+const LATE: f32 = -5.0;
 
 /// Says what a frame is, and by its id what it answers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,6 +44,8 @@ struct State {
     junk: u16,
     /// Bytes of the last of them.
     damaged_length: u32,
+    /// The request answered last, and its unit: a unit answers in order, so its earlier requests are past.
+    answered: Option<(u8, u64)>,
 }
 
 /// Is one way to read an item from a state.
@@ -116,12 +118,13 @@ impl<'a> Reader<'a> {
     fn only(&self) -> Option<(Choice, State)> {
         match (&self.view.readings.request, self.view.readings.response) {
             (Some(_), None) if self.outstanding.as_ref().is_none_or(|o| !o.same_bytes(self.view.bytes)) => {
-                Some((Choice::Request, State { outstanding: Some(self.view.item.id), ..State::default() }))
+                Some((Choice::Request, self.after_request()))
             }
             (None, Some(candidate)) => {
                 let (outstanding, id) = (self.outstanding.as_ref()?, self.state.outstanding?);
                 let full = outstanding.fit(candidate, self.view.bytes) == Fit::Full;
-                full.then_some((Choice::Response(id), State::default()))
+                let only = full && self.given_up(candidate).is_none();
+                only.then(|| (Choice::Response(id), self.after_answer(id)))
             }
             _ => None,
         }
@@ -141,8 +144,7 @@ impl<'a> Reader<'a> {
             let limit = view.experience.limit_ns(open.address);
             score = if since > limit / 10 * 8 { -2.0 } else { -4.0 };
         }
-        let next = State { outstanding: Some(view.item.id), ..State::default() };
-        offer(Reading { score: base + score, choice: Choice::Request, next });
+        offer(Reading { score: base + score, choice: Choice::Request, next: self.after_request() });
         if let Some(score) = score::echo(outstanding, junk, view.bytes, self.since, view.experience) {
             let next = State { echoed: true, ..self.state };
             offer(Reading { score: base + score, choice: Choice::Echo, next });
@@ -155,21 +157,27 @@ impl<'a> Reader<'a> {
         let outstanding = self.outstanding.as_ref();
         let (score, fit) =
             score::response(outstanding, junk, candidate, view.bytes, self.since, view.experience);
-        let (choice, answered) = match (fit, self.state.outstanding) {
-            (Fit::Full, Some(id)) => (Choice::Response(id), true),
-            (Fit::Function, Some(id)) => (Choice::Mismatch(id), true),
-            _ => (Choice::Unsolicited, false),
+        let still = State { junk: 0, damaged_length: 0, ..self.state };
+        let (choice, next) = match (fit, self.state.outstanding) {
+            (Fit::Full, Some(id)) => (Choice::Response(id), self.after_answer(id)),
+            (Fit::Function, Some(id)) => (Choice::Mismatch(id), self.after_answer(id)),
+            _ => (Choice::Unsolicited, still),
         };
         let repaired = if fit == Fit::None { self.damaged_request_bonus() } else { 0.0 };
-        let still = State { junk: 0, damaged_length: 0, ..self.state };
-        let next = if answered { State::default() } else { still };
         offer(Reading { score: base + score + repaired, choice, next });
-        if fit != Fit::Full
-            && let Some(id) = self.given_up(candidate)
-        {
+        if let Some(id) = self.given_up(candidate) {
             let score = base + score::RESPONSE_FITS + LATE;
-            offer(Reading { score, choice: Choice::Response(id), next: still });
+            let next = State { answered: Some((view.bytes[0], id)), ..still };
+            offer(Reading { score, choice: Choice::Response(id), next });
         }
+    }
+
+    fn after_request(&self) -> State {
+        State { outstanding: Some(self.view.item.id), answered: self.state.answered, ..State::default() }
+    }
+
+    fn after_answer(&self, id: u64) -> State {
+        State { answered: Some((self.view.bytes[0], id)), ..State::default() }
     }
 
     /// A response that repeats its request, after junk of its own length: the request was damaged.
@@ -181,7 +189,12 @@ impl<'a> Reader<'a> {
 
     /// Finds the latest request that the master has given up and that this response answers.
     fn given_up(&self, candidate: Candidate) -> Option<u64> {
-        let others = self.requests.0.iter().rev().filter(|(id, _)| Some(*id) != self.state.outstanding);
+        let past = |id: u64| {
+            let same_unit = |(unit, answered): (u8, u64)| unit == self.view.bytes[0] && id <= answered;
+            self.state.answered.is_some_and(same_unit)
+        };
+        let waits = |id: u64| Some(id) != self.state.outstanding && !past(id);
+        let others = self.requests.0.iter().rev().filter(|(id, _)| waits(*id));
         let fits = |request: &Outstanding| request.fit(candidate, self.view.bytes) == Fit::Full;
         others.take(EARLIER).find(|(_, request)| fits(request)).map(|(id, _)| *id)
     }

@@ -84,6 +84,7 @@ fn read(section: &Section<'_>, data_bytes: usize) -> Option<FieldSpec> {
         unit: section.string("unit").map(|unit| unit.value.into()),
         scale: section.number("scale").map_or(1.0, |scale| check_scale(section, scale)),
         is_quantity: section.boolean("quantity").unwrap_or(false),
+        is_contested: section.boolean("contested").unwrap_or(false),
         range: read_range(section),
         show: section.choice("show", &SHOWS).unwrap_or_default(),
         bits: read_meanings(section, "bits", "mask", 1..=0xFFFF_FFFF)

@@ -156,6 +156,15 @@ fn a_side_without_data_has_no_fields() {
 }
 
 #[test]
+fn a_fingerprint_is_not_contested() {
+    let message = "9:13: a fingerprint, which only one kind has, is not contested";
+    let both = "quantities = [2]\nfingerprint = true\ncontested = true";
+    assert_said("quantities = [2]", both, &[message]);
+    assert_said("quantities = [2]", "quantities = [2]\ncontested = true", &[]);
+    assert_said("quantity = true", "quantity = true, contested = true", &[]);
+}
+
+#[test]
 fn quantities_outside_the_specification_are_declared() {
     let hint = "declare it: quirks = [\"zero-quantity\"]";
     assert_said(

@@ -56,7 +56,7 @@ fn the_sondes_own_register_outweighs_the_type_in_the_manuals_example() {
     assert_eq!((&*identified.device, identified.serial_number.as_deref()), (SONDE, Some("YL0114010022")));
     assert_eq!(
         identified.evidence,
-        "answered 0x1400 with 6 registers, which only yosemitech-sonde has; serial number YL0114010022"
+        "its answer to 6 registers at 0x1400, which only yosemitech-sonde has; serial number YL0114010022"
     );
     assert_eq!(bus.identifies(read), None, "said once");
 }
@@ -90,14 +90,26 @@ fn a_fingerprint_in_another_quantity_or_length_is_none() {
 }
 
 #[test]
-fn registers_that_no_profile_knows_tell_nothing() {
+fn an_answer_at_a_register_that_no_profile_knows_leaves_no_candidate() {
+    let unknown = || answered("03 10 3100 0000 00", "03 10 3100 0000");
+    let refused = answered("03 10 3100 0000 00", "03 90 02").with_outcome(Outcome::Exception);
     let mut bus = Bus::new();
-    let told = bus.tells(answered("03 10 3100 0000 00", "03 10 3100 0000"));
-    assert_eq!(told, Told::default());
-    assert_eq!(bus.tells(measurement(3, 4)).candidates, [DO, CONDUCTIVITY]);
-    let told = bus.tells(asked("03 10 3100 0000 00"));
-    assert_eq!(told.candidates, [DO, CONDUCTIVITY], "what fits the address, whatever is asked");
-    assert_eq!(told.command, None);
+    bus.tells(measurement(3, 4));
+    for unaccepted in [asked("03 10 3100 0000 00"), refused] {
+        let told = bus.tells(unaccepted);
+        assert_eq!((told.candidates, told.command), (vec![DO.into(), CONDUCTIVITY.into()], None));
+    }
+    assert_eq!(bus.tells(unknown()), Told::default());
+    assert_eq!(bus.tells(measurement(3, 4)), Told::default(), "shown raw");
+    bus.tells(serial_number(3, 0x29, "YL2917050209"));
+    assert_eq!(bus.identifies(sonde_data(3)), None, "its serial number is the maker's, of no known kind");
+    assert!(bus.identifies(serial_number(3, 0, "YL0114010022")).is_some(), "until it is swapped");
+    bus.tells(unknown());
+    assert_eq!(bus.tells(measurement(3, 4)).device.as_deref(), Some(DO), "what is known stays so");
+    bus.tells(answered("04 10 3100 0000 00", "04 10 3100 0000"));
+    assert!(bus.identifies(sonde_data(4)).is_some(), "a fingerprint outweighs registers");
+    bus.tells(answered("04 10 3100 0000 00", "04 10 3100 0000"));
+    assert_eq!(bus.tells(sonde_data(4)).device.as_deref(), Some(SONDE));
 }
 
 #[test]

@@ -36,14 +36,14 @@ fn an_accepted_exchange_that_only_one_device_has_names_it() {
     let mut bus = Bus::new();
     let identified = bus.identifies(sonde_data(5)).expect("identified");
     assert_eq!((identified.address, &*identified.device), (5, SONDE));
-    assert_eq!(identified.evidence, "answered 0x2601 with 16 registers, which only yosemitech-sonde has");
+    assert_eq!(identified.evidence, "its answer to 16 registers at 0x2601, which only yosemitech-sonde has");
     assert_eq!(identified.serial_number, None);
     assert_eq!(bus.identifies(sonde_data(5)), None, "said once");
     let start = answered("06 10 1C00 0000 00", "06 10 1C00 0000");
     let identified = bus.identifies(start).expect("identified");
     assert_eq!(&*identified.device, CONDUCTIVITY);
     assert!(
-        identified.evidence.starts_with("acknowledged 0x1C00 with 0 registers"),
+        identified.evidence.starts_with("its acknowledgement of 0 registers at 0x1C00, which"),
         "{}",
         identified.evidence
     );
@@ -86,16 +86,59 @@ fn registers_narrow_the_candidates_but_name_no_device() {
     let (identified, told) = bus.happens(optical_start(1));
     assert_eq!((identified, told.device), (None, None), "turbidity probes start so too");
     assert_eq!(told.candidates, [DO]);
-    assert_eq!(bus.tells(measurement(1, 4)).fields.len(), 2, "now both fields are agreed on");
+    assert_eq!(told.command.as_deref(), Some("start-measurement"));
+    let told = bus.tells(measurement(1, 4));
+    assert_eq!(told.fields, ["temperature 17.625 °C"], "a candidate left over is not knowledge");
+    assert_eq!(told.readings, told.fields, "nothing is derived either");
+    assert_eq!(told.likely, Some((DO.into(), "get-measurement".into())));
+    assert!(told.likely_fields[0].starts_with("do_saturation"), "{told:?}");
 }
 
 #[test]
-fn a_register_that_other_probes_share_is_read_but_names_no_device() {
+fn a_contested_register_is_read_as_likely_only() {
     let mut bus = Bus::new();
     let (identified, told) = bus.happens(answered("01 03 0E00 0001", "01 03 02 1E00"));
     assert_eq!((identified, told.device), (None, None), "a pH probe answers with its calibration status");
     assert_eq!(told.candidates, [SONDE]);
+    assert_eq!((told.command, told.fields.len()), (None, 0));
+    assert_eq!(told.likely, Some((SONDE.into(), "get-brush-interval".into())));
+    assert_eq!(told.likely_fields, ["brush_interval 30 min"]);
+    bus.identifies(sonde_data(1));
+    let told = bus.tells(answered("01 03 0E00 0001", "01 03 02 1E00"));
+    assert_eq!((told.command.as_deref(), told.likely), (Some("get-brush-interval"), None));
     assert_eq!(told.fields, ["brush_interval 30 min"]);
+    // A later sonde has its turbidity where the conductivity probe has its value.
+    let told = bus.tells(answered("02 03 2602 0002", "02 03 04 00008d41"));
+    assert_eq!((told.device, told.candidates), (None, vec![CONDUCTIVITY.into()]));
+    assert_eq!((told.command, told.fields.len(), told.readings.len()), (None, 0, 0));
+    assert_eq!(told.likely, Some((CONDUCTIVITY.into(), "get-conductivity".into())));
+}
+
+#[test]
+fn a_turbidity_probe_without_its_serial_number_is_read_as_no_other() {
+    // Frames of a real Y511.
+    let mut bus = Bus::new();
+    let values = || answered("03 03 2600 0004", "03 03 08 0000C341 9C60B5C0");
+    assert_eq!(bus.tells(optical_start(3)).candidates, [DO]);
+    let told = bus.tells(values());
+    assert_eq!((told.device, told.candidates), (None, vec![DO.into()]));
+    assert_eq!(told.readings, ["temperature 24.375 °C"]);
+    let told = bus.tells(answered("03 10 3100 0000 00", "03 10 3100 0000"));
+    assert_eq!(told, Told::default(), "no built-in profile has a wiper there");
+    assert_eq!(bus.tells(answered("03 03 3200 0001", "03 03 02 1E00")), Told::default());
+    assert_eq!(bus.tells(values()), Told::default(), "shown raw");
+    assert_eq!(bus.tells(optical_start(3)), Told::default());
+}
+
+#[test]
+fn the_quantity_of_a_read_rules_out_no_profile() {
+    // A conductivity probe answers 4 registers, a Y511 4, a Y510 5, an old DO probe 6, against their manuals.
+    for quantity in [2, 4, 5, 6] {
+        let mut bus = Bus::new();
+        let told = bus.tells(measurement(1, quantity));
+        assert_eq!(told.candidates, [DO, CONDUCTIVITY], "{quantity}");
+        assert_eq!(told.fields, ["temperature 17.625 °C"], "{quantity}");
+    }
 }
 
 #[test]
@@ -111,10 +154,10 @@ fn a_device_is_followed_to_its_new_address() {
     let identified = identified.expect("the device of address 20 has become known");
     assert_eq!((identified.address, &*identified.device), (20, DO));
     assert_eq!(identified.serial_number.as_deref(), Some("YL0114010022"));
-    assert!(identified.evidence.starts_with("took address 20 in place of 1; before: serial number YL"));
+    assert!(identified.evidence.starts_with("its move from address 1 (there by serial number YL"));
     assert_eq!(bus.tells(measurement(20, 4)).device.as_deref(), Some(DO));
     let further = bus.identifies(set_address(20, 3)).expect("it moved again");
-    assert_eq!(further.evidence.matches("took address").count(), 1, "{}", further.evidence);
+    assert_eq!(further.evidence.matches("its move").count(), 1, "{}", further.evidence);
     assert_eq!(bus.tells(measurement(1, 4)).device, None, "nothing is known of the old address");
 }
 
@@ -169,7 +212,7 @@ fn an_assignment_overrides_all_evidence() {
     bus.devices.assign(1, CONDUCTIVITY).expect("a built-in profile");
     let identified = bus.identifies(serial_number(1, 0, "YL0114010022")).expect("its serial number is new");
     assert_eq!(&*identified.device, CONDUCTIVITY);
-    assert_eq!(identified.evidence, "yosemitech-conductivity by assignment; serial number YL0114010022");
+    assert_eq!(identified.evidence, "assignment; serial number YL0114010022");
     bus.identifies(sonde_data(1));
     let told = bus.tells(measurement(1, 5));
     assert_eq!(told.device.as_deref(), Some(CONDUCTIVITY));
@@ -195,4 +238,14 @@ fn an_assignment_goes_along_and_the_new_addresses_own_stays() {
     assert_eq!(bus.tells(measurement(2, 4)).device.as_deref(), Some(DO));
     assert_eq!(bus.tells(set_address(2, 3)).device.as_deref(), Some(DO), "said by the one that leaves");
     assert_eq!(bus.tells(sonde_data(3)).device.as_deref(), Some(SONDE));
+}
+
+#[test]
+fn an_assignment_goes_along_whatever_else_was_answered() {
+    let mut bus = Bus::new();
+    bus.devices.assign(1, DO).expect("a built-in profile");
+    bus.tells(answered("01 03 4000 0001", "01 03 02 0000"));
+    assert_eq!(bus.tells(measurement(1, 4)).fields.len(), 2, "the maker's tool may ask what no manual has");
+    bus.tells(set_address(1, 2));
+    assert_eq!(bus.tells(measurement(2, 4)).device.as_deref(), Some(DO));
 }

@@ -40,6 +40,22 @@ fn saturation_that_looks_like_percent_is_flagged_and_not_rescaled() {
 }
 
 #[test]
+fn what_follows_from_an_implausible_value_carries_the_doubt() {
+    let told = assigned(DO, saturation(100.0));
+    assert_eq!(
+        told.readings[2],
+        "do_mg_l 906.745 mg/L (salinity 0, 101.325 kPa; implausible: from do_saturation)"
+    );
+    let conductivity = answered("01 03 2602 0002", "01 03 04 00007a44");
+    let mut bus = Bus::new();
+    bus.devices.assign(1, CONDUCTIVITY).expect("a built-in profile");
+    let t = conductivity.transaction();
+    let reading = bus.devices.meaning(&t).readings().last().expect("a derived value");
+    assert!(reading.derived && reading.is_implausible());
+    assert_eq!(reading.to_string(), "640000 mg/L (implausible: from conductivity)");
+}
+
+#[test]
 fn readings_name_device_and_serial_number_and_what_is_derived() {
     let mut bus = Bus::new();
     bus.identifies(serial_number(1, 0, "YL0114010022"));

@@ -22,7 +22,7 @@ use crate::pipeline::{Event, Lost};
 use crate::time::{MILLISECOND, Span, Timestamp};
 use style::Styles;
 
-/// Is the likeliest reading of a device's words, shown although other profiles fit as well.
+/// Is the likeliest reading of a device's words, shown although the device is not known.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Guess {
     /// The unit address.
@@ -92,7 +92,9 @@ impl Text {
             (None, None) => function_and_register(row),
         };
         write!(self.line, "  {accent}{command:<20}{accent:#}  {dim}{:>15}{dim:#}  ", latency(row.latency))?;
-        if let Some(likely) = likely {
+        // Values out of range are shown, but are no reason to settle on the device.
+        if let Some(likely) = likely.filter(|_| !meaning.likely_fields().any(|field| field.is_implausible()))
+        {
             let device = likely.device.to_owned();
             self.guess.get_or_insert(Guess { address: row.address, device });
         }
