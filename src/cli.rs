@@ -59,7 +59,10 @@ pub enum Command {
     /// Write a recording in another format
     #[command(after_help = export::NOTES)]
     Export(Export),
-    /// Write a recording of a simulated bus, as hex text
+    /// Rewrite a damaged or unfinished recording, whole but for what is gone
+    #[command(after_help = RECOVER_EXAMPLES)]
+    Recover(Recover),
+    /// Write a recording of a simulated bus, in MCAP or as hex text
     #[command(after_help = SIMULATE_EXAMPLES)]
     Simulate(Simulate),
     /// Show a simulated installation with faults in it, as it happens
@@ -75,8 +78,9 @@ pub enum Command {
 }
 
 const DECODE_EXAMPLES: &str = "\
-A recording is hex text, raw bytes, pcapng or pcap (link type 147 or 250), or a table of bytes as Saleae
-Logic and DSView export it, told apart by content. In hex text a line is one read, such as
+A recording is MCAP, hex text, raw bytes, pcapng or pcap (link type 147 or 250), or a table of bytes as Saleae
+Logic and DSView export it, told apart by content. Parts of one session are read as one. In hex text a line
+is one read, such as
 
   2026-01-01T00:00:00.123456Z > 01 03 26 00 00 04 4f 41   # a comment
   1767225600.141 0x01,0x03,0x08
@@ -102,9 +106,18 @@ Examples:
   rtutap man > ~/.local/share/man/man1/rtutap.1
   rtutap man | man -l -";
 
-const SIMULATE_EXAMPLES: &str = "\
+const RECOVER_EXAMPLES: &str = "\
+What can be read of the file is copied; the file itself is only read.
+
 Examples:
-  rtutap simulate -o bus.hex
+  rtutap recover night.mcap.part -o night.mcap
+  rtutap info night.mcap";
+
+const SIMULATE_EXAMPLES: &str = "\
+The file's name says what is written: MCAP when it ends in .mcap, else hex text.
+
+Examples:
+  rtutap simulate -o bus.mcap
   rtutap simulate -o bad.hex --scenario everything-bad --adapter ftdi16 --seed 7 --truth bad.jsonl
   rtutap simulate -o - --frames 100 | rtutap decode -";
 
@@ -123,6 +136,10 @@ pub struct Decode {
     #[arg(long, value_enum, env = "RTUTAP_FORMAT", hide_env_values = true)]
     pub format: Option<RowFormat>,
 
+    /// Wait for a recording that is still being written, and print on
+    #[arg(long)]
+    pub follow: bool,
+
     /// Print only what passes, such as 'addr == 1 && temperature > 20'
     ///
     /// Compared can be addr, fn, reg, quantity, outcome, exception, latency, time, device, serial, cmd,
@@ -134,6 +151,18 @@ pub struct Decode {
     /// How to show times in text and CSV [default: local]
     #[arg(long, value_enum, env = "RTUTAP_TIME", hide_env_values = true)]
     pub time: Option<TimeKind>,
+}
+
+/// Holds what `recover` is asked for.
+#[derive(Debug, Args)]
+pub struct Recover {
+    /// The damaged or unfinished file
+    #[arg(value_name = "INPUT")]
+    pub input: PathBuf,
+
+    /// Where to write the whole one
+    #[arg(short, long, value_name = "FILE")]
+    pub output: PathBuf,
 }
 
 /// Holds what `info` is asked for.
@@ -214,6 +243,10 @@ pub struct Simulate {
     /// Speed and character format
     #[arg(long, value_name = "BAUD-DPS", default_value = "9600-8N1")]
     pub line: LineSettings,
+
+    /// Write only the bytes to MCAP, not what they decode to
+    #[arg(long)]
+    pub raw_only: bool,
 
     /// Write what was really on the wire: a JSON line a frame
     #[arg(long, value_name = "FILE")]
@@ -314,6 +347,8 @@ pub enum InputKind {
     Hex,
     /// Raw bytes
     Raw,
+    /// A recording in MCAP
+    Mcap,
     /// Packets: pcapng or pcap, link type 147 or 250
     Pcap,
     /// A table of bytes with their times: CSV as Saleae Logic and DSView export it
@@ -325,6 +360,7 @@ impl From<InputKind> for InputFormat {
         match kind {
             InputKind::Hex => InputFormat::Hex,
             InputKind::Raw => InputFormat::Raw,
+            InputKind::Mcap => InputFormat::Mcap,
             InputKind::Pcap => InputFormat::Pcap,
             InputKind::Table => InputFormat::Table,
         }

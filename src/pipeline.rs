@@ -6,6 +6,7 @@
 use std::sync::Arc;
 
 use crate::decode::chunk::{Chunk, LineError, ReadTime};
+pub use crate::decode::chunk::{Lost, LostKind};
 use crate::decode::damage::{self, Surroundings};
 use crate::decode::frame::{Damaged, Frame, Place, Role, WireTime};
 use crate::decode::framer::{Framer, Piece, Readings};
@@ -32,44 +33,6 @@ pub struct Options {
     pub first_transaction_id: u64,
     /// Whether readings are wanted as events.
     pub readings: bool,
-}
-
-/// Names how bytes were lost.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LostKind {
-    /// The UART or the kernel had no room.
-    Overrun,
-    /// The program did not keep up.
-    Queue,
-    /// They could not be written.
-    Disk,
-    /// The adapter or server went away.
-    SourceGone,
-}
-
-impl LostKind {
-    /// Returns the name used in JSON lines.
-    pub fn name(self) -> &'static str {
-        match self {
-            LostKind::Overrun => "overrun",
-            LostKind::Queue => "queue",
-            LostKind::Disk => "disk",
-            LostKind::SourceGone => "source-gone",
-        }
-    }
-}
-
-/// Says that bytes are missing from the stream.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Lost {
-    /// When it was noticed; `None` without times.
-    pub time: Option<Timestamp>,
-    /// Where in the stream they are missing.
-    pub stream_offset: u64,
-    /// How.
-    pub kind: LostKind,
-    /// How many bytes; 0 when not known.
-    pub count: u64,
 }
 
 /// Is what comes out of the pipeline, in the order in which nothing can change it any more.
@@ -214,6 +177,12 @@ impl Pipeline {
     /// Takes in that bytes are missing after those handled so far.
     pub fn handle_lost(&mut self, lost: Lost) {
         self.lost = Some(lost);
+    }
+
+    /// Gives the next frame and the next transaction these ids: buses that are decoded at once share them.
+    pub fn set_next_ids(&mut self, (frame, transaction): (u64, u64)) {
+        self.next_frame = frame;
+        self.next_transaction = transaction;
     }
 
     /// Returns the ids that the next frame and the next transaction would get.

@@ -3,9 +3,12 @@
 //! Knows bytes and times, no Modbus. Memory stays flat whatever the length of the recording.
 
 mod directive;
+mod error;
 mod hex_line;
 mod hex_text;
 mod instant;
+pub mod mcap;
+mod origin;
 mod pcap;
 mod raw;
 mod reader;
@@ -14,26 +17,26 @@ mod table;
 mod window;
 
 use std::fs::File;
-use std::io::{self, Cursor, Read};
+use std::io;
 use std::path::Path;
 
-use thiserror::Error;
-
-use crate::decode::chunk::Chunk;
+use self::mcap::{Facts, Recording};
+use crate::decode::chunk::{Chunk, Lost};
 use crate::line::LineSettings;
+use crate::time::Timestamp;
+pub use error::InputError;
 pub use hex_line::{hex_heading, hex_line};
 pub use hex_text::HexError;
 use hex_text::HexText;
+use origin::{Origin, PREFIX, is_mcap, is_text};
 use pcap::Pcap;
 use raw::Raw;
 use reader::{Failure, ReadChunks};
 pub use reader::{Malformed, TimesBack};
 use table::Table;
 
-/// The first bytes of every MCAP file (MCAP specification, "Magic").
-const MCAP_MAGIC: &[u8] = b"\x89MCAP0\r\n";
-/// How much of an input decides what it is, in bytes.
-const PREFIX: u64 = 4096;
+/// What the bus of an input is called that names none.
+pub const BUS: &str = "bus0";
 
 /// Names the formats that can be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,85 +49,71 @@ pub enum InputFormat {
     Pcap,
     /// A table of bytes with their times, as logic analysers export it.
     Table,
+    /// A recording in MCAP.
+    Mcap,
 }
 
-/// Says why an input could not be read; `hint` says what to do about it.
-#[derive(Debug, Error)]
-pub enum InputError {
-    /// The system refused to open or to read it.
-    #[error("cannot read '{name}': {error}")]
-    Io {
-        /// The input's name.
-        name: String,
-        /// What the system said.
-        error: io::Error,
+/// Is what comes next in an input.
+#[derive(Clone, Copy, Debug)]
+pub enum Item<'a> {
+    /// The settings of a bus from here on; decoding starts afresh.
+    Line {
+        /// The bus.
+        bus: &'a str,
+        /// Speed and character format.
+        line: LineSettings,
+        /// The longest time the adapter keeps a byte back, in nanoseconds; `None` when not known.
+        adapter_hold_ns: Option<i64>,
     },
-    /// It is a directory.
-    #[error("cannot read '{0}': it is a directory")]
-    Directory(String),
-    /// It is an MCAP recording, which this version cannot read.
-    #[error("'{0}' is an MCAP recording, and this version of rtutap cannot read those yet")]
-    Mcap(String),
-    /// It holds no byte of a bus.
-    #[error("'{0}' is empty: there is not a byte in it")]
-    Empty(String),
-    /// It is hex text with something in it that is not.
-    #[error("'{name}', {error}")]
-    Hex {
-        /// The input's name.
-        name: String,
-        /// Where and what.
-        error: HexError,
+    /// The bytes of one read.
+    Chunk {
+        /// The bus.
+        bus: &'a str,
+        /// The bytes.
+        chunk: Chunk<'a>,
+        /// When the bytes were first there to be read, where that is known.
+        ready: Option<Timestamp>,
     },
-    /// It is an import with something in it that cannot be understood.
-    #[error("'{name}', {error}")]
-    Malformed {
-        /// The input's name.
-        name: String,
-        /// Where and what.
-        error: Malformed,
+    /// Bytes are missing.
+    Lost {
+        /// The bus.
+        bus: &'a str,
+        /// How, and how many.
+        lost: Lost,
     },
 }
 
-impl InputError {
-    /// Returns what could be done about it.
-    pub fn hint(&self) -> &'static str {
-        match self {
-            InputError::Io { error, .. } => match error.kind() {
-                io::ErrorKind::NotFound => "check the path; '-' reads standard input",
-                io::ErrorKind::PermissionDenied => "check who may read the file",
-                _ => "check that the file can be read to its end",
-            },
-            InputError::Directory(_) => "name the recordings in it, such as DIRECTORY/*",
-            InputError::Mcap(_) => "give hex text or raw bytes",
-            InputError::Empty(_) => "check that the recording was written; comments and times alone are none",
-            InputError::Hex { error, .. } => error.hint(),
-            InputError::Malformed { error, .. } => error.hint,
-        }
-    }
+/// Is what reads an input.
+enum Reader {
+    /// A format that holds the bytes of one bus, and nothing else.
+    Plain(Box<dyn ReadChunks>),
+    Mcap(Box<Recording>),
 }
 
-/// Reads one recording, a chunk at a time.
+/// Reads one recording, an item at a time.
 pub struct Input {
     name: String,
     size: Option<u64>,
     format: InputFormat,
-    reader: Box<dyn ReadChunks>,
+    reader: Reader,
     /// Whether the next chunk has been read already.
     ahead: bool,
     misread: Option<HexError>,
+    /// Whether bytes of a bus were read.
+    has_bytes: bool,
 }
 
 impl Input {
     /// Opens a file, or standard input for `-`; `format` overrides what the content looks like.
     ///
     /// # Errors
-    /// When it cannot be opened, is a directory, MCAP or empty, or its first line is no hex text.
+    /// When it cannot be opened, is a directory or empty, an MCAP file of something else, or its first line is no hex
+    /// text. That an MCAP file is empty may show only at its end.
     pub fn open(path: &Path, format: Option<InputFormat>) -> Result<Input, InputError> {
         if path.as_os_str() == "-" {
             #[expect(clippy::disallowed_methods, reason = "standard input is one of the inputs")]
             let stdin = io::stdin();
-            return Input::new("standard input".to_owned(), None, Box::new(stdin), format);
+            return Input::new("standard input".to_owned(), None, Origin::Stream(Box::new(stdin)), format);
         }
         let name = path.display().to_string();
         let io_error = |error| InputError::Io { name: name.clone(), error };
@@ -135,26 +124,27 @@ impl Input {
             return Err(InputError::Directory(name));
         }
         let size = metadata.is_file().then_some(metadata.len());
-        Input::new(name, size, Box::new(file), format)
+        // What can be sought is read by its index.
+        let origin = if size.is_some() { Origin::File(file) } else { Origin::Stream(Box::new(file)) };
+        Input::new(name, size, origin, format)
     }
 
     fn new(
         name: String,
         size: Option<u64>,
-        mut source: Box<dyn Read>,
+        mut origin: Origin,
         format: Option<InputFormat>,
     ) -> Result<Input, InputError> {
+        let io_error = |error| InputError::Io { name: name.clone(), error };
         let mut misread = None;
-        let (source, format) = match format {
-            Some(format) => (source, format),
+        let format = match format {
+            Some(format) => format,
             None => {
-                let mut prefix = Vec::new();
-                let taken = (&mut source).take(PREFIX).read_to_end(&mut prefix);
-                taken.map_err(|error| InputError::Io { name: name.clone(), error })?;
-                if prefix.starts_with(MCAP_MAGIC) {
-                    return Err(InputError::Mcap(name));
-                }
-                let format = if pcap::is_pcap(&prefix) {
+                let prefix;
+                (prefix, origin) = origin.prefix().map_err(io_error)?;
+                if is_mcap(&prefix) {
+                    InputFormat::Mcap
+                } else if pcap::is_pcap(&prefix) {
                     InputFormat::Pcap
                 } else if table::is_table(&prefix) {
                     InputFormat::Table
@@ -163,26 +153,48 @@ impl Input {
                     InputFormat::Raw
                 } else {
                     InputFormat::Hex
-                };
-                (Box::new(Cursor::new(prefix).chain(source)) as Box<dyn Read>, format)
+                }
             }
         };
-        let reader: Box<dyn ReadChunks> = match format {
-            InputFormat::Hex => Box::new(HexText::new(source)),
-            InputFormat::Raw => Box::new(Raw::new(source)),
-            InputFormat::Pcap => Box::new(Pcap::new(source)),
-            InputFormat::Table => Box::new(Table::new(source)),
+        let reader = match format {
+            InputFormat::Hex => Reader::Plain(Box::new(HexText::new(origin.stream()))),
+            InputFormat::Raw => Reader::Plain(Box::new(Raw::new(origin.stream()))),
+            InputFormat::Pcap => Reader::Plain(Box::new(Pcap::new(origin.stream()))),
+            InputFormat::Table => Reader::Plain(Box::new(Table::new(origin.stream()))),
+            InputFormat::Mcap => Reader::Mcap(Box::new(match origin {
+                Origin::File(file) => Recording::from_file(file).map_err(io_error)?,
+                Origin::Stream(stream) => Recording::from_stream(stream),
+            })),
         };
-        let mut input = Input { name, size, format, reader, ahead: false, misread };
+        let mut input = Input { name, size, format, reader, ahead: false, misread, has_bytes: false };
         // The first chunk is read ahead: an empty input is an error, and line settings stand before it.
-        match input.reader.advance() {
-            Ok(true) => {
-                input.ahead = true;
-                Ok(input)
-            }
-            Ok(false) => Err(InputError::Empty(input.name)),
-            Err(failure) => Err(input.error(failure)),
+        match &mut input.reader {
+            Reader::Plain(reader) => match reader.advance() {
+                Ok(true) => {
+                    (input.ahead, input.has_bytes) = (true, true);
+                    Ok(input)
+                }
+                Ok(false) => Err(InputError::Empty(input.name)),
+                Err(failure) => Err(input.error(failure)),
+            },
+            Reader::Mcap(_) => input.foreign().map_or(Ok(input), Err),
         }
+    }
+
+    /// Returns the error that a file holds something else, if that is known.
+    fn foreign(&self) -> Option<InputError> {
+        let topics = self.recording()?.foreign_topics()?;
+        let mut has: Vec<String> =
+            topics.iter().map(|(topic, schema)| format!("{topic} ({schema})")).collect();
+        has.sort();
+        has.truncate(5);
+        let more = topics.len().saturating_sub(has.len());
+        let has = match (has.is_empty(), more) {
+            (true, _) => "no channels at all".to_owned(),
+            (_, 0) => has.join(", "),
+            _ => format!("{} and {more} more", has.join(", ")),
+        };
+        Some(InputError::Foreign { name: self.name.clone(), has })
     }
 
     fn error(&self, failure: Failure) -> InputError {
@@ -194,18 +206,97 @@ impl Input {
         }
     }
 
-    /// Returns the next read, or `None` at the end.
+    /// Returns what comes next, or `None` at the end; of a file that is followed, `None` while nothing is there.
     ///
     /// # Errors
-    /// When the system cannot read on, or hex text cannot be understood.
+    /// As [`Input::advance`].
+    pub fn next_item(&mut self) -> Result<Option<Item<'_>>, InputError> {
+        Ok(if self.advance()? { Some(self.item()) } else { None })
+    }
+
+    /// Goes on to the next item; tells whether there is one.
+    ///
+    /// # Errors
+    /// When the system cannot read on, hex text cannot be understood, or an MCAP file ends without a byte of a bus.
+    pub fn advance(&mut self) -> Result<bool, InputError> {
+        let more = match &mut self.reader {
+            Reader::Plain(_) if std::mem::take(&mut self.ahead) => Ok(true),
+            Reader::Plain(reader) => reader.advance(),
+            Reader::Mcap(recording) => recording.advance().map_err(Failure::Io),
+        };
+        let more = more.map_err(|failure| self.error(failure))?;
+        if more {
+            self.has_bytes = self.has_bytes || matches!(self.item(), Item::Chunk { .. });
+        } else if self.is_finished() && !self.has_bytes {
+            let empty = || InputError::Empty(self.name.clone());
+            return Err(self.foreign().unwrap_or_else(empty));
+        }
+        Ok(more)
+    }
+
+    /// Returns the item gone on to.
+    pub fn item(&self) -> Item<'_> {
+        match &self.reader {
+            Reader::Plain(reader) => Item::Chunk { bus: BUS, chunk: reader.chunk(), ready: None },
+            Reader::Mcap(recording) => recording.item(),
+        }
+    }
+
+    /// Returns the next read of whatever bus, or `None` at the end; passes over what is none.
+    ///
+    /// # Errors
+    /// As [`Input::advance`].
     pub fn next_chunk(&mut self) -> Result<Option<Chunk<'_>>, InputError> {
-        let more = std::mem::take(&mut self.ahead) || self.reader.advance().map_err(|f| self.error(f))?;
-        Ok(more.then(|| self.reader.chunk()))
+        loop {
+            if !self.advance()? {
+                return Ok(None);
+            }
+            if matches!(self.item(), Item::Chunk { .. }) {
+                break;
+            }
+        }
+        let Item::Chunk { chunk, .. } = self.item() else { return Ok(None) };
+        Ok(Some(chunk))
+    }
+
+    /// Waits at the end for the input to grow; tells whether it can: only recordings in MCAP say where they end.
+    pub fn follow(&mut self) -> bool {
+        if let Reader::Mcap(recording) = &mut self.reader {
+            recording.follow();
+        }
+        matches!(self.reader, Reader::Mcap(_))
+    }
+
+    /// Tells whether the input has come to its end.
+    pub fn is_finished(&self) -> bool {
+        self.recording().is_none_or(Recording::is_finished)
+    }
+
+    /// Goes on with the streams of an earlier input, if this one is a later part of its session; tells whether it is.
+    pub fn continue_after(&mut self, earlier: &Input) -> bool {
+        let Reader::Mcap(recording) = &mut self.reader else { return false };
+        let Some(earlier) = earlier.recording() else { return false };
+        recording.continue_after(earlier)
+    }
+
+    fn recording(&self) -> Option<&Recording> {
+        match &self.reader {
+            Reader::Mcap(recording) => Some(recording),
+            Reader::Plain(_) => None,
+        }
+    }
+
+    /// Returns what a recording in MCAP says beside its bytes, as far as it was read.
+    pub fn facts(&self) -> Option<&Facts> {
+        self.recording().map(Recording::facts)
     }
 
     /// Tells whether the next chunk has to be waited for: a good moment to show what is there.
     pub fn is_drained(&self) -> bool {
-        !self.ahead && self.reader.is_drained()
+        match &self.reader {
+            Reader::Plain(reader) => !self.ahead && reader.is_drained(),
+            Reader::Mcap(recording) => recording.is_drained(),
+        }
     }
 
     /// Returns the name for messages.
@@ -225,27 +316,39 @@ impl Input {
 
     /// Returns how many bytes of the file have been read.
     pub fn position(&self) -> u64 {
-        self.reader.position()
+        match &self.reader {
+            Reader::Plain(reader) => reader.position(),
+            Reader::Mcap(recording) => recording.position(),
+        }
     }
 
-    /// Returns the line settings that the recording names before its first byte.
+    fn plain(&self) -> Option<&dyn ReadChunks> {
+        match &self.reader {
+            Reader::Plain(reader) => Some(&**reader),
+            Reader::Mcap(_) => None,
+        }
+    }
+
+    /// Returns the line settings that the recording names before its first byte; those in MCAP have items for them.
     pub fn line(&self) -> Option<LineSettings> {
-        self.reader.line()
+        self.plain()?.line()
     }
 
     /// Takes in the line settings that are used: some formats time the start of a byte, not its end.
     pub fn use_line(&mut self, line: LineSettings) {
-        self.reader.use_line(line);
+        if let Reader::Plain(reader) = &mut self.reader {
+            reader.use_line(line);
+        }
     }
 
     /// Returns the longest time a byte was kept back before it was timed, in nanoseconds, where it is known.
     pub fn adapter_hold_ns(&self) -> Option<i64> {
-        self.reader.adapter_hold_ns()
+        self.plain()?.adapter_hold_ns()
     }
 
     /// Returns where times go back, as far as the input has been read.
     pub fn times_back(&self) -> Option<TimesBack> {
-        self.reader.times_back()
+        self.plain()?.times_back()
     }
 
     /// Returns why an input that is text was taken for raw bytes: likely a slip in hex text.
@@ -254,17 +357,14 @@ impl Input {
     }
 }
 
-/// Tells whether bytes are printable ASCII and white space: a Modbus frame never is, for its function code.
-fn is_text(bytes: &[u8]) -> bool {
-    bytes.iter().all(|byte| matches!(byte, b' '..=b'~' | b'\t' | b'\r' | b'\n'))
-}
-
 #[cfg(test)]
 mod tests {
+    use std::io::Cursor;
+
     use super::*;
 
     fn open(content: &[u8], format: Option<InputFormat>) -> Result<Input, InputError> {
-        Input::new("it".into(), None, Box::new(Cursor::new(content.to_vec())), format)
+        Input::new("it".into(), None, Origin::Stream(Box::new(Cursor::new(content.to_vec()))), format)
     }
 
     fn is_hex(content: &[u8]) -> bool {
@@ -315,9 +415,20 @@ mod tests {
     }
 
     #[test]
-    fn mcap_is_recognised_unless_overridden() {
-        assert!(matches!(open(b"\x89MCAP0\r\n....", None), Err(InputError::Mcap(_))));
-        assert!(open(b"\x89MCAP0\r\n....", Some(InputFormat::Raw)).is_ok());
+    fn mcap_is_recognised_by_its_magic_one_wrong_byte_or_none_unless_overridden() {
+        let is_mcap = |content: &[u8], format| {
+            open(content, format).is_ok_and(|input| input.format == InputFormat::Mcap)
+        };
+        assert!(is_mcap(b"\x89MCAP0\r\n....", None));
+        assert!(is_mcap(b"\x89MCAQ0\r\n....", None));
+        assert!(!is_mcap(b"\x89MCAQ1\r\n....", None));
+        assert!(!is_mcap(b"\x89MCAP0\r\n....", Some(InputFormat::Raw)));
+    }
+
+    #[test]
+    fn mcap_without_a_byte_of_a_bus_is_an_error_at_its_end() {
+        let mut input = open(b"\x89MCAP0\r\n", None).expect("MCAP");
+        assert!(matches!(input.next_item(), Err(InputError::Foreign { .. })));
     }
 
     #[test]

@@ -9,6 +9,7 @@ use super::{Bus, ShowKind, TimeKind};
 /// Shown after the options.
 pub(super) const NOTES: &str = "\
 Formats, by the extension of FILE:
+  .mcap     the whole recording with what it decodes to: for Foxglove, PlotJuggler, Rerun and Python
   .hex      the reads as hex text, a line each with its time: pastes into an issue, and decodes to the letter
   .csv      readings, or with --wide a row a poll and a column a quantity
   .jsonl    the rows of 'decode --format json': frames, transactions and readings
@@ -58,6 +59,10 @@ pub struct Export {
     #[arg(long)]
     pub redact: bool,
 
+    /// Write only the bytes to MCAP, not what they decode to
+    #[arg(long)]
+    pub raw_only: bool,
+
     /// Link type of a pcapng: RTAC serial, or frames alone as user type 0
     #[arg(long, value_enum, value_name = "NUMBER", default_value = "250")]
     pub link_type: LinkKind,
@@ -70,6 +75,8 @@ pub struct Export {
 /// Names the formats that can be written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum ExportKind {
+    /// The whole recording
+    Mcap,
     /// Hex text
     Hex,
     /// Comma-separated values

@@ -1,70 +1,57 @@
-//! What `decode`, `info` and `export` share: from the inputs on the command line to events.
+//! What `decode`, `info` and others share: from the inputs on the command line to a session's events.
 
-use std::path::Path;
+use std::collections::VecDeque;
+use std::fs::File;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::Duration;
 
 use super::failure::Failure;
 use super::message;
 use super::progress::Progress;
-use crate::capture::{Input, InputFormat};
+use super::session::{Origin, Session, Setup, Sink};
+use crate::capture::mcap::{BusSettings, Facts, Preface, part_path};
+use crate::capture::{BUS, Input, InputFormat, Item};
 use crate::cli;
-use crate::decode::chunk::Chunk;
 use crate::device::{Devices, Environment, Profile, Profiles};
 use crate::line::LineSettings;
-use crate::pipeline::{Event, Options, Pipeline};
-use crate::report::redact::Redactor;
 
-/// What the bus of a recording is called that names none.
-pub(super) const BUS: &str = "bus0";
+/// How long to wait for a recording to grow before looking again.
+const PATIENCE: Duration = Duration::from_millis(100);
 
-/// Receives what comes out of the inputs.
-pub(super) trait Sink {
-    /// Whether rows are printed as they come.
-    const PRINTS: bool;
-
-    /// Begins an input.
-    fn begin(&mut self, origin: &Origin);
-
-    /// Takes a read, before what comes of it.
-    fn chunk(&mut self, _chunk: &Chunk<'_>) {}
-
-    /// Takes an event.
-    fn event(&mut self, event: &Event<'_>);
-
-    /// Comes after each chunk: frames before `settled_frame` have their transaction, or none;
-    /// `waits` when the next chunk is not there yet.
-    fn pause(&mut self, settled_frame: u64, waits: bool) -> Result<(), Failure>;
-}
-
-/// Says how the bytes of an input were received.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Origin {
-    /// Speed and character format.
-    pub(super) line: LineSettings,
-    /// Whether nobody said so.
-    pub(super) line_is_assumed: bool,
-    /// Whether nothing is known of when bytes were read.
-    pub(super) is_raw: bool,
-    /// The longest time the adapter kept a byte back, where it is known.
-    pub(super) adapter_hold_ns: Option<i64>,
-}
-
-/// Says what is wanted of the inputs.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Wanted {
-    /// Readings.
-    pub(super) readings: bool,
-    /// Serial numbers blanked.
-    pub(super) redacted: bool,
-}
-
-/// Returns the built-in profiles and those given.
-pub(super) fn profiles(files: &[impl AsRef<Path>]) -> Result<Arc<Profiles>, Failure> {
+/// Returns the profiles kept in recordings, over them the built-in ones, and over those the ones given.
+pub(super) fn profiles(
+    files: &[impl AsRef<Path>],
+    inputs: &[impl AsRef<Path>],
+) -> Result<Arc<Profiles>, Failure> {
     let mut profiles = Profiles::built_in();
+    for path in inputs {
+        let attached = preface(path.as_ref()).attachments;
+        let texts = attached.iter().filter(|(name, _)| name.starts_with("profiles/"));
+        for (name, text) in texts {
+            let name = format!("{} of '{}'", name, path.as_ref().display());
+            match Profile::from_toml(&String::from_utf8_lossy(text), &name) {
+                Ok(profile) if profiles.get(&profile.id).is_none() => profiles.add(profile),
+                Ok(_) => {}
+                Err(error) => message::warning(error),
+            }
+        }
+    }
     for file in files {
         profiles.add(profile(file.as_ref())?);
     }
     Ok(Arc::new(profiles))
+}
+
+/// Returns what a recording says before its first bytes; nothing for what is none.
+fn preface(path: &Path) -> Preface {
+    // A pipe can be opened once only.
+    if !path.is_file() {
+        return Preface::default();
+    }
+    #[expect(clippy::disallowed_methods, reason = "recordings are files")]
+    let file = File::open(path);
+    file.and_then(Preface::read).unwrap_or_default() // what is wrong with the file is said when it is read
 }
 
 /// Reads one profile.
@@ -76,45 +63,110 @@ pub(super) fn profile(file: &Path) -> Result<Profile, Failure> {
     Profile::from_toml(&text, &name).map_err(Failure::new)
 }
 
-/// Reads all inputs, one after the other; counters run on.
+/// Says what is wanted of the inputs.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Wanted {
+    pub(super) readings: bool,
+    /// Whether rows are printed as they come.
+    pub(super) prints: bool,
+    /// Whether to wait for recordings to grow.
+    pub(super) follow: bool,
+    /// Whether the bytes are not decoded.
+    pub(super) raw_only: bool,
+    /// Whether serial numbers are blanked.
+    pub(super) redacted: bool,
+}
+
+/// Reads all inputs, one after the other; counters run on. Parts of one session are one stream.
+///
+/// Hands to `done` what each recording says of itself, once it was read.
 pub(super) fn read(
     args: &cli::Bus,
     profiles: &Arc<Profiles>,
     wanted: Wanted,
     sink: &mut impl Sink,
+    mut done: impl FnMut(&Facts),
 ) -> Result<(), Failure> {
-    let mut ids = (0, 0);
-    devices(args, profiles)?;
-    for path in &args.inputs {
-        let mut input = Input::open(path, args.input_format.map(Into::into))?;
-        let origin = Origin {
-            line: line(args, &input),
-            line_is_assumed: args.line.or(input.line()).is_none(),
-            is_raw: input.format() == InputFormat::Raw,
-            adapter_hold_ns: args.adapter_hold.map(|hold| hold.0).or(input.adapter_hold_ns()),
-        };
-        input.use_line(origin.line);
-        let options = Options {
-            line: origin.line,
-            adapter_hold_ns: origin.adapter_hold_ns,
-            first_frame_id: ids.0,
-            first_transaction_id: ids.1,
-            readings: wanted.readings,
-        };
-        let pipeline = |options| -> Result<Pipeline, Failure> {
-            Ok(Pipeline::new(options, devices(args, profiles)?, profiles.shapes()))
-        };
-        let redactor = if wanted.redacted {
-            Some(Redactor::new(pipeline(options.clone())?, Arc::clone(profiles)))
-        } else {
-            None
-        };
-        let mut pipeline = pipeline(options)?;
-        sink.begin(&origin);
-        read_input(input, redactor, &mut pipeline, sink)?;
-        ids = pipeline.next_ids();
+    let setup = Setup {
+        line: args.line,
+        adapter_hold_ns: args.adapter_hold.map(|hold| hold.0),
+        devices: devices(args, profiles)?,
+        profiles: Arc::clone(profiles),
+        readings: wanted.readings,
+        decodes: !wanted.raw_only,
+        redacts: wanted.redacted,
+    };
+    let mut session = Session::new(&setup);
+    let mut paths = in_order(&args.inputs);
+    let mut before: Option<Input> = None;
+    while let Some(path) = paths.pop_front() {
+        let mut input = Input::open(&path, args.input_format.map(Into::into))?;
+        if wanted.follow && !input.follow() {
+            let hint = "only recordings in MCAP say where they end; pipe what grows into 'rtutap decode -'";
+            return Err(Failure::hinted(format!("cannot follow '{}'", input.name()), hint));
+        }
+        let continues = before.as_ref().is_some_and(|before| input.continue_after(before));
+        if !continues {
+            session.finish(sink)?;
+        }
+        let result = read_input(&mut input, &mut session, wanted, sink);
+        if result.is_err() {
+            session.finish(sink)?; // what was read before the trouble is shown
+        }
+        result?;
+        if let Some(facts) = input.facts() {
+            report(&input, facts);
+            done(facts);
+        }
+        if wanted.follow && paths.is_empty() {
+            paths.extend(input.facts().and_then(|facts| next_part(&path, facts)));
+        }
+        before = Some(input);
     }
-    Ok(())
+    session.finish(sink)
+}
+
+/// Brings the parts of each session into order, where they stand side by side.
+fn in_order(inputs: &[PathBuf]) -> VecDeque<PathBuf> {
+    let mut ordered: Vec<_> =
+        inputs.iter().map(|path| (preface(path).session.unwrap_or_default(), path)).collect();
+    for parts in ordered.chunk_by_mut(|(a, _), (b, _)| a.id == b.id && !a.id.is_empty()) {
+        parts.sort_by_key(|(session, _)| session.part_index);
+    }
+    ordered.into_iter().map(|(_, path)| path.clone()).collect()
+}
+
+/// Tells whether all inputs are parts of one session.
+pub(super) fn is_one_session(inputs: &[PathBuf]) -> bool {
+    let mut ids = inputs.iter().map(|path| preface(path).session.map(|session| session.id));
+    let first = ids.next().flatten();
+    first.is_some() && ids.all(|id| id == first)
+}
+
+/// Returns the part that follows one that was rotated, once it is there.
+fn next_part(path: &Path, facts: &Facts) -> Option<PathBuf> {
+    let index = facts.session.as_ref().filter(|_| facts.end.as_deref() == Some("rotated"))?.part_index;
+    let path = Path::new(path.to_str()?.trim_end_matches(".part")).to_owned();
+    let suffix = format!("-{index:04}");
+    let stem = path.file_stem()?.to_str()?;
+    let first = path.with_file_name(format!("{}.mcap", stem.strip_suffix(&suffix).unwrap_or(stem)));
+    let next = part_path(&first, index + 1);
+    let mut unfinished = next.clone().into_os_string();
+    unfinished.push(".part");
+    let unfinished = PathBuf::from(unfinished);
+    // It is there within moments; a recording whose disk failed has none.
+    for _ in 0..50 {
+        if let Some(found) = [&next, &unfinished].into_iter().find(|path| path.exists()) {
+            return Some(found.clone());
+        }
+        wait();
+    }
+    None
+}
+
+fn wait() {
+    #[expect(clippy::disallowed_methods, reason = "a file does not tell when it grows")]
+    std::thread::sleep(PATIENCE);
 }
 
 /// Returns devices of which nothing is known but what the command line says.
@@ -142,8 +194,15 @@ pub(super) fn say_environment(args: &cli::Bus) {
     }
 }
 
-/// Chooses the line settings: those asked for, the recording's, or what sensors leave the factory with.
-fn line(args: &cli::Bus, input: &Input) -> LineSettings {
+/// Begins a bus of an input that does not say its settings in time; returns those it is decoded with.
+///
+/// They are the input's own, or what sensors leave the factory with.
+fn begin(
+    input: &Input,
+    bus: &str,
+    session: &mut Session<'_>,
+    sink: &mut impl Sink,
+) -> Result<LineSettings, Failure> {
     if let Some(error) = input.misread() {
         message::warning(format_args!(
             "'{}' is text, but no hex text ({error}): read as raw bytes",
@@ -151,45 +210,52 @@ fn line(args: &cli::Bus, input: &Input) -> LineSettings {
         ));
         message::hint("--input-format hex to read it as hex text all the same");
     }
-    args.line.or(input.line()).unwrap_or_else(|| {
+    let said = session.line().or(input.line());
+    let line = said.unwrap_or_else(|| {
         let line = LineSettings::default();
         message::note(format_args!("'{}' does not name its line settings: {line} assumed", input.name()));
         line
-    })
+    });
+    let adapter_hold_ns = input.adapter_hold_ns();
+    let settings = BusSettings { name: bus.to_owned(), line, adapter_hold_ns, ..BusSettings::default() };
+    let is_raw = input.format() == InputFormat::Raw;
+    session.begin(Origin { settings, line_is_assumed: said.is_none(), is_raw }, sink)?;
+    Ok(line)
 }
 
-fn read_input<S: Sink>(
-    mut input: Input,
-    mut redactor: Option<Redactor>,
-    pipeline: &mut Pipeline,
-    sink: &mut S,
+fn read_input(
+    input: &mut Input,
+    session: &mut Session<'_>,
+    wanted: Wanted,
+    sink: &mut impl Sink,
 ) -> Result<(), Failure> {
-    let mut progress = Progress::new(S::PRINTS);
-    let trouble = loop {
-        match input.next_chunk() {
-            Ok(Some(chunk)) => match &mut redactor {
-                None => take(&chunk, pipeline, sink),
-                Some(redactor) => {
-                    redactor.push(&chunk);
-                    take_redacted(redactor, pipeline, sink);
-                }
-            },
-            Ok(None) => break None,
-            Err(error) => break Some(error),
+    let mut progress = Progress::new(wanted.prints);
+    if input.facts().is_none() {
+        let line = begin(input, BUS, session, sink)?;
+        input.use_line(line);
+    }
+    loop {
+        if !input.advance()? {
+            if input.is_finished() {
+                break;
+            }
+            sink.pause(session.settled_frame_id(), true)?;
+            wait();
+            continue;
         }
+        let item = input.item();
+        if let Item::Chunk { bus, .. } | Item::Lost { bus, .. } = item
+            && !session.knows(bus)
+        {
+            begin(input, bus, session, sink)?;
+        }
+        session.take(&item, sink)?;
         let waits = input.is_drained();
         if waits {
-            progress.update(&input);
+            progress.update(input);
         }
-        sink.pause(pipeline.settled_frame_id(), waits)?;
-    };
-    if let Some(redactor) = &mut redactor {
-        redactor.finish();
-        take_redacted(redactor, pipeline, sink);
+        sink.pause(session.settled_frame_id(), waits)?;
     }
-    pipeline.finish();
-    drain(pipeline, sink);
-    sink.pause(u64::MAX, true)?;
     progress.finish();
     if let Some(back) = input.times_back() {
         let more = match back.count {
@@ -203,25 +269,36 @@ fn read_input<S: Sink>(
             back.first
         ));
     }
-    // What was read before the trouble has been shown.
-    trouble.map_or(Ok(()), |error| Err(error.into()))
+    Ok(())
 }
 
-fn take(chunk: &Chunk<'_>, pipeline: &mut Pipeline, sink: &mut impl Sink) {
-    sink.chunk(chunk);
-    pipeline.handle_bytes(chunk);
-    drain(pipeline, sink);
-}
-
-fn take_redacted(redactor: &mut Redactor, pipeline: &mut Pipeline, sink: &mut impl Sink) {
-    while let Some(chunk) = redactor.pop() {
-        take(&chunk, pipeline, sink);
+/// Says what is missing in a recording, and that it can be mended.
+fn report(input: &Input, facts: &Facts) {
+    let name = input.name();
+    say_damage(name, facts);
+    let is_open = facts.end.is_none() && facts.session.is_some();
+    if is_open {
+        message::warning(format_args!(
+            "'{name}' was not closed: what had not been written to it when it ended is lost"
+        ));
+    }
+    if is_open || facts.damage_count > 0 {
+        message::hint(format_args!("'rtutap recover {name} -o FILE' makes a whole file of what is there"));
     }
 }
 
-/// Hands over all events that are there.
-pub(super) fn drain(pipeline: &mut Pipeline, sink: &mut impl Sink) {
-    while let Some(event) = pipeline.poll_event() {
-        sink.event(&event);
+/// Says where a recording cannot be read, and what is lost for it.
+pub(super) fn say_damage(name: &str, facts: &Facts) {
+    if let Some(first) = facts.damage.first() {
+        let (count, bytes, offset) = (facts.damage_count, facts.damage_bytes, first.offset);
+        let places = if count == 1 { "place" } else { "places" };
+        message::warning(format_args!(
+            "'{name}' cannot be read in {count} {places}, {bytes} bytes, first at byte {offset}: {}",
+            first.cause
+        ));
+    }
+    if facts.lost_bytes > 0 {
+        let bytes = if facts.lost_bytes == 1 { "byte" } else { "bytes" };
+        message::warning(format_args!("'{name}': {} {bytes} of the bus are not in it", facts.lost_bytes));
     }
 }

@@ -1,9 +1,10 @@
 //! `rtutap decode`: prints a recording.
 
-use super::bus::{self, BUS, Origin, Sink, Wanted};
+use super::bus::{self, Wanted};
 use super::failure::Failure;
 use super::message;
 use super::output::Output;
+use super::session::{Origin, Sink};
 use crate::analyze::filter::Filter;
 use crate::cli::{self, RowFormat};
 use crate::pipeline::Event;
@@ -17,7 +18,7 @@ pub(super) fn run(args: &cli::Decode, verbose: bool) -> Result<(), Failure> {
     if show.is_empty() {
         show.push(Show::Transactions);
     }
-    let profiles = bus::profiles(&args.bus.profiles)?;
+    let profiles = bus::profiles(&args.bus.profiles, &args.bus.inputs)?;
     let judge = args.filter.as_deref().map(judge).transpose()?;
     let clock = Clock::new(args.time.unwrap_or_default().into());
     let (output, writer): (Output, Box<dyn Format>) = match (format, &show[..]) {
@@ -32,11 +33,16 @@ pub(super) fn run(args: &cli::Decode, verbose: bool) -> Result<(), Failure> {
             return Err(Failure::hinted("CSV has one kind of row", hint));
         }
     };
-    let wanted = Wanted { readings: show.contains(&Show::Readings), redacted: false };
+    let wanted = Wanted {
+        readings: show.contains(&Show::Readings),
+        prints: true,
+        follow: args.follow,
+        ..Wanted::default()
+    };
     let says_environment = format != RowFormat::Text;
     let mut printer = Printer { rows: Rows::new(show, writer, judge), output, derived: false };
     printer.rows.heading(&mut printer.output.buffer);
-    let result = bus::read(&args.bus, &profiles, wanted, &mut printer);
+    let result = bus::read(&args.bus, &profiles, wanted, &mut printer, |_| {});
     // What was decoded before something went wrong is shown first.
     printer.output.flush()?;
     result?;
@@ -72,15 +78,15 @@ struct Printer {
 }
 
 impl Sink for Printer {
-    const PRINTS: bool = true;
+    fn begin(&mut self, _origin: &Origin) -> Result<(), Failure> {
+        Ok(())
+    }
 
-    fn begin(&mut self, _origin: &Origin) {}
-
-    fn event(&mut self, event: &Event<'_>) {
+    fn event(&mut self, bus: &str, event: &Event<'_>) {
         if let Event::Reading { reading, .. } = event {
             self.derived |= reading.derived;
         }
-        self.rows.event(BUS, event, &mut self.output.buffer);
+        self.rows.event(bus, event, &mut self.output.buffer);
     }
 
     fn pause(&mut self, settled_frame: u64, waits: bool) -> Result<(), Failure> {

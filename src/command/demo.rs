@@ -3,10 +3,10 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::bus::BUS;
 use super::failure::Failure;
 use super::output::Output;
 use super::{message, simulate};
+use crate::capture::BUS;
 use crate::cli;
 use crate::device::{Devices, Environment, Profiles};
 use crate::line::LineSettings;
@@ -39,7 +39,7 @@ pub(super) fn run(args: &cli::Demo, verbose: bool) -> Result<(), Failure> {
     };
     let pipeline = Pipeline::new(options, devices, profiles.shapes());
     let mut info = Info::default();
-    info.begin(config.line);
+    info.begin(BUS, config.line);
     let mut demo = Stage { pipeline, rows, info, output };
     message::note("a simulated installation: one master, three sensors, and faults; nothing is connected");
     demo.play(Simulation::new(config), i64::from(args.duration).saturating_mul(SECOND))

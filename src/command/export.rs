@@ -3,12 +3,18 @@
 mod writer;
 
 use std::path::Path;
+use std::sync::Arc;
+use std::time::UNIX_EPOCH;
 
-use super::bus::{self, BUS, Origin, Sink, Wanted};
+use super::bus::{self, Wanted};
 use super::failure::Failure;
 use super::output::Output;
+use super::scribe::Scribe;
+use super::session::{Origin, Sink};
+use crate::capture::Item;
+use crate::capture::mcap::Options;
 use crate::cli::{self, ExportKind};
-use crate::decode::chunk::Chunk;
+use crate::device::Profiles;
 use crate::pipeline::Event;
 use writer::Writer;
 
@@ -16,16 +22,20 @@ use writer::Writer;
 pub(super) fn run(args: &cli::Export) -> Result<(), Failure> {
     let kind = kind(args)?;
     check(args, kind)?;
-    let profiles = bus::profiles(&args.bus.profiles)?;
+    let profiles = bus::profiles(&args.bus.profiles, &args.bus.inputs)?;
+    if kind == ExportKind::Mcap {
+        return write_mcap(args, &profiles);
+    }
     let mut exporter = Exporter {
         writer: Writer::new(args, kind)?,
         output: Output::later(&args.output),
         begun: false,
+        is_hex: kind == ExportKind::Hex,
         derived: false,
     };
     let readings = !matches!(kind, ExportKind::Hex | ExportKind::Pcapng);
-    let wanted = Wanted { readings, redacted: args.redact };
-    let result = bus::read(&args.bus, &profiles, wanted, &mut exporter);
+    let wanted = Wanted { readings, redacted: args.redact, ..Wanted::default() };
+    let result = bus::read(&args.bus, &profiles, wanted, &mut exporter, |_| {});
     if exporter.begun {
         // What was decoded before something went wrong is written first.
         exporter.writer.finish(&mut exporter.output)?;
@@ -36,13 +46,44 @@ pub(super) fn run(args: &cli::Export) -> Result<(), Failure> {
     result
 }
 
+/// Writes a recording in MCAP, with the profiles given in it.
+fn write_mcap(args: &cli::Export, profiles: &Arc<Profiles>) -> Result<(), Failure> {
+    let mut attachments = Vec::new();
+    for file in &args.bus.profiles {
+        let id = bus::profile(file)?.id;
+        #[expect(clippy::disallowed_methods, reason = "profiles are files")]
+        let text = std::fs::read(file).map_err(|error| Failure::reading(file, &error))?;
+        attachments.push((format!("profiles/{id}.toml"), "application/toml".to_owned(), text));
+    }
+    let session_id = session_id(&args.bus.inputs[0]); // there is one at least
+    let mut scribe = Scribe::create(&args.output, Options { session_id, attachments, ..Options::default() })?;
+    let wanted =
+        Wanted { readings: true, redacted: args.redact, raw_only: args.raw_only, ..Wanted::default() };
+    let result = bus::read(&args.bus, profiles, wanted, &mut scribe, |_| {});
+    if scribe.has_begun() {
+        scribe.finish()?;
+    } else {
+        scribe.abandon();
+    }
+    result
+}
+
+/// Names the session of an export: the same for the same file, as far as its name, size and time tell.
+fn session_id(input: &Path) -> String {
+    let name = input.file_stem().unwrap_or_default().to_string_lossy();
+    let metadata = input.metadata().ok();
+    let size = metadata.as_ref().map_or(0, |metadata| metadata.len());
+    let changed = metadata.and_then(|metadata| metadata.modified().ok()?.duration_since(UNIX_EPOCH).ok());
+    format!("export-{name}-{size}-{}", changed.unwrap_or_default().as_nanos())
+}
+
 /// Chooses the format: the one asked for, or the extension's.
 fn kind(args: &cli::Export) -> Result<ExportKind, Failure> {
     if let Some(kind) = args.format {
         return Ok(kind);
     }
     let name = args.output.display();
-    let hint = "name it .hex, .csv, .jsonl, .pcapng or .parquet, or give --format";
+    let hint = "name it .mcap, .hex, .csv, .jsonl, .pcapng or .parquet, or give --format";
     let extension = args.output.extension().and_then(|extension| extension.to_str());
     let extension = extension.ok_or_else(|| {
         Failure::hinted(format!("--output '{name}' has no extension that says what to write"), hint)
@@ -57,13 +98,24 @@ fn check(args: &cli::Export, kind: ExportKind) -> Result<(), Failure> {
     if args.wide && kind != ExportKind::Csv {
         return Err(Failure::hinted("--wide is for CSV", "name the output .csv"));
     }
-    if !args.show.is_empty() && (args.wide || matches!(kind, ExportKind::Hex | ExportKind::Pcapng)) {
+    let keeps_reads = matches!(kind, ExportKind::Hex | ExportKind::Mcap);
+    if kind == ExportKind::Mcap && args.filter.is_some() {
+        let hint = "export to hex text, which keeps the bytes that pass";
+        return Err(Failure::hinted("--filter has nothing to leave out of a whole recording", hint));
+    }
+    if args.raw_only && kind != ExportKind::Mcap {
+        return Err(Failure::hinted("--raw-only is for MCAP", "name the output .mcap"));
+    }
+    if kind == ExportKind::Mcap && args.output.as_os_str() == "-" {
+        return Err(Failure::hinted("MCAP needs a file, not standard output", "name it with -o"));
+    }
+    if !args.show.is_empty() && (args.wide || keeps_reads || kind == ExportKind::Pcapng) {
         let hint = "--show chooses the rows of CSV, JSON lines and Parquet";
         return Err(Failure::hinted("--show has nothing to choose here", hint));
     }
-    if kind == ExportKind::Hex && args.bus.inputs.len() > 1 {
+    if keeps_reads && args.bus.inputs.len() > 1 && !bus::is_one_session(&args.bus.inputs) {
         let hint = "export each input to a file of its own";
-        return Err(Failure::hinted("hex text holds one recording", hint));
+        return Err(Failure::hinted("hex text and MCAP hold one recording", hint));
     }
     if args.bus.inputs.iter().any(|input| is_same(input, &args.output)) {
         let hint = "name another file; the recording is kept";
@@ -84,30 +136,37 @@ struct Exporter {
     output: Output,
     /// Whether an input could be opened: what is written then replaces what stood there.
     begun: bool,
+    is_hex: bool,
     derived: bool,
 }
 
 impl Sink for Exporter {
-    const PRINTS: bool = false;
-
-    fn begin(&mut self, origin: &Origin) {
+    fn begin(&mut self, origin: &Origin) -> Result<(), Failure> {
+        if self.is_hex && self.begun {
+            let hint = "export it to MCAP, CSV or JSON lines";
+            return Err(Failure::hinted("hex text holds one bus with one setting; this has more", hint));
+        }
         let out = &mut self.output.buffer;
         if !self.begun {
             self.writer.heading(origin, out);
             self.begun = true;
         }
-        self.writer.begin(BUS, origin, out);
+        self.writer.begin(origin, out);
+        Ok(())
     }
 
-    fn chunk(&mut self, chunk: &Chunk<'_>) {
-        self.writer.chunk(chunk, &mut self.output.buffer);
+    fn received(&mut self, item: &Item<'_>) -> Result<(), Failure> {
+        if let Item::Chunk { chunk, .. } = item {
+            self.writer.chunk(chunk, &mut self.output.buffer);
+        }
+        Ok(())
     }
 
-    fn event(&mut self, event: &Event<'_>) {
+    fn event(&mut self, bus: &str, event: &Event<'_>) {
         if let Event::Reading { reading, .. } = event {
             self.derived |= reading.derived;
         }
-        self.writer.event(BUS, event, &mut self.output.buffer);
+        self.writer.event(bus, event, &mut self.output.buffer);
     }
 
     fn pause(&mut self, settled_frame: u64, _waits: bool) -> Result<(), Failure> {

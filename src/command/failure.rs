@@ -2,8 +2,10 @@
 
 use std::fmt::Display;
 use std::io;
+use std::path::Path;
 
 use crate::capture::InputError;
+use crate::capture::mcap::RecordError;
 use crate::config::ConfigError;
 
 /// Is why a command ended early.
@@ -29,6 +31,11 @@ impl Failure {
         Failure::Problem { message: message.to_string(), hint: Some(hint.to_string()) }
     }
 
+    /// Makes a failure of what the system said about a file that was to be read.
+    pub(super) fn reading(path: &Path, error: &io::Error) -> Self {
+        Failure::new(format!("cannot read '{}': {error}", path.display()))
+    }
+
     /// Makes a failure of what the system said about an output.
     pub(super) fn writing(name: impl Display, error: &io::Error) -> Self {
         match error.kind() {
@@ -44,6 +51,21 @@ impl Failure {
 impl From<InputError> for Failure {
     fn from(error: InputError) -> Self {
         Failure::hinted(&error, error.hint())
+    }
+}
+
+impl From<RecordError> for Failure {
+    fn from(error: RecordError) -> Self {
+        match error.error.kind() {
+            io::ErrorKind::AlreadyExists => Failure::hinted(
+                format!(
+                    "cannot write '{}': an unfinished recording of that name is there",
+                    error.path.display()
+                ),
+                "'rtutap recover' makes it whole; or remove it, or choose another name",
+            ),
+            _ => Failure::writing(error.path.display(), &error.error),
+        }
     }
 }
 

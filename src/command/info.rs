@@ -1,18 +1,25 @@
 //! `rtutap info`: says what a recording holds.
 
-use super::bus::{self, BUS, Origin, Sink, Wanted};
+use super::bus::{self, Wanted};
 use super::failure::Failure;
 use super::output::Output;
+use super::session::{Origin, Sink};
+use crate::capture::mcap::Facts;
 use crate::cli::{self, InfoFormat};
 use crate::pipeline::Event;
 use crate::report::Clock;
-use crate::report::info::Info;
+use crate::report::info::{Info, Recording};
 
 /// Runs the command.
 pub(super) fn run(args: &cli::Info) -> Result<(), Failure> {
-    let profiles = bus::profiles(&args.bus.profiles)?;
+    let profiles = bus::profiles(&args.bus.profiles, &args.bus.inputs)?;
     let mut info = Info::default();
-    bus::read(&args.bus, &profiles, Wanted::default(), &mut info)?;
+    let mut recordings = Vec::new();
+    let result = bus::read(&args.bus, &profiles, Wanted::default(), &mut info, |facts| {
+        recordings.push(recording(facts));
+    });
+    result?;
+    info.recordings = recordings;
     let mut output = Output::stdout();
     let text = match args.format {
         InfoFormat::Text => info.to_text(Clock::new(args.time.unwrap_or_default().into())),
@@ -22,15 +29,28 @@ pub(super) fn run(args: &cli::Info) -> Result<(), Failure> {
     output.flush()
 }
 
-impl Sink for Info {
-    const PRINTS: bool = false;
+fn recording(facts: &Facts) -> Recording {
+    let session = facts.session.clone().unwrap_or_default();
+    Recording {
+        session_id: facts.session.is_some().then_some(session.id),
+        part_index: session.part_index,
+        tool: session.tool,
+        end: facts.end.clone(),
+        is_complete: facts.is_complete(),
+        damage: facts.damage_count,
+        damage_bytes: facts.damage_bytes,
+        lost_bytes: facts.lost_bytes,
+    }
+}
 
-    fn begin(&mut self, origin: &Origin) {
-        Info::begin(self, origin.line);
+impl Sink for Info {
+    fn begin(&mut self, origin: &Origin) -> Result<(), Failure> {
+        Info::begin(self, &origin.settings.name, origin.settings.line);
+        Ok(())
     }
 
-    fn event(&mut self, event: &Event<'_>) {
-        Info::event(self, BUS, event);
+    fn event(&mut self, bus: &str, event: &Event<'_>) {
+        Info::event(self, bus, event);
     }
 
     fn pause(&mut self, _settled_frame: u64, _waits: bool) -> Result<(), Failure> {

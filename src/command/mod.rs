@@ -12,6 +12,9 @@ mod message;
 mod output;
 mod profiles;
 mod progress;
+mod recover;
+mod scribe;
+mod session;
 mod simulate;
 
 use std::process::ExitCode;
@@ -45,6 +48,7 @@ fn run_command(cli: &mut Cli) -> Result<(), Failure> {
         Command::Decode(args) => decode::run(args, cli.verbose),
         Command::Info(args) => info::run(args),
         Command::Export(args) => export::run(args),
+        Command::Recover(args) => recover::run(args),
         Command::Simulate(args) => simulate::run(args),
         Command::Demo(args) => demo::run(args, cli.verbose),
         Command::Profiles(args) => profiles::run(args),

@@ -1,11 +1,16 @@
 //! `rtutap simulate`: writes a recording of a bus that isn't there.
 
 use std::io::Write;
+use std::sync::Arc;
 
 use super::failure::Failure;
 use super::output::Output;
-use crate::capture::{hex_heading, hex_line};
+use super::scribe::Scribe;
+use super::session::{Session, Setup, Sink};
+use crate::capture::mcap::{BusSettings, Options};
+use crate::capture::{BUS, Item, hex_heading, hex_line};
 use crate::cli;
+use crate::device::{Devices, Environment, Profiles};
 use crate::simulate::{Config, Scenario, Simulation, truth_json_line};
 
 /// Runs the command.
@@ -17,15 +22,16 @@ pub(super) fn run(args: &cli::Simulate) -> Result<(), Failure> {
         adapter: args.adapter,
         scenario: scenario(&args.scenario)?,
     };
-    if args.output.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mcap")) {
-        let hint = "name the file .hex: it will be hex text";
-        return Err(Failure::hinted("this version of rtutap cannot write MCAP yet", hint));
-    }
     if args.truth.as_ref() == Some(&args.output) {
         return Err(Failure::new("--output and --truth are the same file"));
     }
+    let truth = args.truth.as_deref().map(Output::create).transpose()?;
+    let is_mcap = args.output.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mcap"));
+    if is_mcap { write_mcap(args, config, truth) } else { write_hex(args, config, truth) }
+}
+
+fn write_hex(args: &cli::Simulate, config: Config, mut truth: Option<Output>) -> Result<(), Failure> {
     let mut output = Output::create(&args.output)?;
-    let mut truth = args.truth.as_deref().map(Output::create).transpose()?;
     write_heading(&mut output.buffer, &config);
     let mut simulation = Simulation::new(config);
     while let Some(read) = simulation.next() {
@@ -40,20 +46,54 @@ pub(super) fn run(args: &cli::Simulate) -> Result<(), Failure> {
     output.flush()
 }
 
+fn write_mcap(args: &cli::Simulate, config: Config, mut truth: Option<Output>) -> Result<(), Failure> {
+    let session_id = arguments(&config).replace("--", "").replace(' ', "-");
+    let mut scribe = Scribe::create(&args.output, Options { session_id, ..Options::default() })?;
+    let profiles = Arc::new(Profiles::built_in());
+    let setup = Setup {
+        line: None,
+        adapter_hold_ns: None,
+        devices: Devices::new(Arc::clone(&profiles), Environment::default()),
+        profiles,
+        readings: true,
+        decodes: !args.raw_only,
+        redacts: false,
+    };
+    let mut session = Session::new(&setup);
+    let settings = BusSettings {
+        name: BUS.to_owned(),
+        line: config.line,
+        adapter_hold_ns: Some(config.adapter.hold_ns(config.line)),
+        facts: [("source".to_owned(), format!("rtutap simulate {}", arguments(&config)))].into(),
+    };
+    session.begin(settings, &mut scribe)?;
+    let mut simulation = Simulation::new(config);
+    while let Some(read) = simulation.next() {
+        session.take(&Item::Chunk { bus: BUS, chunk: read.chunk(), ready: None }, &mut scribe)?;
+        scribe.pause(0, false)?;
+        write_truth(&mut simulation, truth.as_mut())?;
+    }
+    write_truth(&mut simulation, truth.as_mut())?;
+    session.finish(&mut scribe)?;
+    scribe.finish()?;
+    truth.as_mut().map_or(Ok(()), Output::flush)
+}
+
 /// Finds a scenario by its name.
 pub(super) fn scenario(name: &str) -> Result<Scenario, Failure> {
     Scenario::named(name).ok_or_else(|| Failure::new(format!("there is no scenario '{name}'")))
 }
 
 fn write_heading(out: &mut Vec<u8>, config: &Config) {
-    let Config { seed, frames, line, adapter, scenario } = config;
     // Writing to memory cannot fail.
-    let _ = writeln!(
-        out,
-        "# rtutap simulate --scenario {} --adapter {adapter} --seed {seed} --frames {frames} --line {line}",
-        scenario.name
-    );
-    out.extend_from_slice(hex_heading(Some(*line), None, false).as_bytes());
+    let _ = writeln!(out, "# rtutap simulate {}", arguments(config));
+    out.extend_from_slice(hex_heading(Some(config.line), None, false).as_bytes());
+}
+
+/// Returns the arguments that give the same simulation again.
+fn arguments(config: &Config) -> String {
+    let Config { seed, frames, line, adapter, scenario } = config;
+    format!("--scenario {} --adapter {adapter} --seed {seed} --frames {frames} --line {line}", scenario.name)
 }
 
 fn write_truth(simulation: &mut Simulation, truth: Option<&mut Output>) -> Result<(), Failure> {

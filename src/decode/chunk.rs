@@ -1,4 +1,4 @@
-//! What a source hands over: the bytes of one read, with its time and line errors.
+//! What a source hands over: the bytes of one read, with its time and line errors, and what was lost.
 
 use crate::time::Timestamp;
 
@@ -53,4 +53,42 @@ pub struct LineError {
     pub offset: u32,
     /// What was reported.
     pub kind: LineErrorKind,
+}
+
+/// Names how bytes were lost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LostKind {
+    /// The UART or the kernel had no room.
+    Overrun,
+    /// The program did not keep up.
+    Queue,
+    /// They could not be written.
+    Disk,
+    /// The adapter or server went away.
+    SourceGone,
+}
+
+impl LostKind {
+    /// Returns the name used in JSON lines.
+    pub fn name(self) -> &'static str {
+        match self {
+            LostKind::Overrun => "overrun",
+            LostKind::Queue => "queue",
+            LostKind::Disk => "disk",
+            LostKind::SourceGone => "source-gone",
+        }
+    }
+}
+
+/// Says that bytes are missing from the stream.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Lost {
+    /// When it was noticed; `None` without times.
+    pub time: Option<Timestamp>,
+    /// Where in the stream they are missing.
+    pub stream_offset: u64,
+    /// How.
+    pub kind: LostKind,
+    /// How many bytes; 0 when not known.
+    pub count: u64,
 }

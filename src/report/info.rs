@@ -24,10 +24,41 @@ pub struct Info {
     outcomes: [u64; Outcome::ALL.len()],
     /// By bus and unit address.
     units: BTreeMap<String, BTreeMap<u8, Unit>>,
-    /// For each input its line settings, and its first and last time.
-    inputs: Vec<(LineSettings, Option<(Timestamp, Timestamp)>)>,
+    /// For each bus of each input its line settings, and its first and last time.
+    inputs: Vec<Stretch>,
     /// How long bytes were on the wire, over all inputs with times.
     busy_ns: i64,
+    /// What recordings in MCAP say of themselves.
+    pub recordings: Vec<Recording>,
+}
+
+/// Is a bus of an input, read with the same settings throughout.
+#[derive(Debug)]
+struct Stretch {
+    bus: String,
+    line: LineSettings,
+    span: Option<(Timestamp, Timestamp)>,
+}
+
+/// Is what a recording says of itself.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Recording {
+    /// Its session; the same in all parts.
+    pub session_id: Option<String>,
+    /// Counts the parts of a session from 1.
+    pub part_index: u64,
+    /// What wrote it.
+    pub tool: String,
+    /// Why it was closed; `None` when it was not.
+    pub end: Option<String>,
+    /// Whether nothing is missing, as far as the file tells.
+    pub is_complete: bool,
+    /// In how many places the file cannot be read.
+    pub damage: u64,
+    /// Bytes of the file that cannot be read.
+    pub damage_bytes: u64,
+    /// Bytes of buses that are lost for it, as far as known.
+    pub lost_bytes: u64,
 }
 
 /// Is what is known about a unit address.
@@ -63,12 +94,15 @@ struct Summary<'a> {
     end_ns: Option<i64>,
     line: Option<String>,
     complete: bool,
+    lost: u64,
+    busy: Option<f64>,
+    recordings: &'a [Recording],
 }
 
 impl Info {
-    /// Begins an input with these line settings.
-    pub fn begin(&mut self, line: LineSettings) {
-        self.inputs.push((line, None));
+    /// Begins a bus of an input with these line settings.
+    pub fn begin(&mut self, bus: &str, line: LineSettings) {
+        self.inputs.push(Stretch { bus: bus.to_owned(), line, span: None });
     }
 
     /// Takes an event.
@@ -76,12 +110,12 @@ impl Info {
         match event {
             Event::Frame(frame) => {
                 self.frames += 1;
-                self.place(&frame.place);
+                self.place(bus, &frame.place);
             }
             Event::Damaged(damaged) => {
                 self.damaged += 1;
                 self.damaged_bytes += damaged.place.bytes.len() as u64;
-                self.place(&damaged.place);
+                self.place(bus, &damaged.place);
             }
             Event::Lost(lost) => self.lost = self.lost.saturating_add(lost.count.max(1)),
             Event::Identified { identified, .. } => {
@@ -116,25 +150,26 @@ impl Info {
         buses.flat_map(|(bus, units)| units.iter().map(|(address, unit)| (bus.as_str(), *address, unit)))
     }
 
-    fn place(&mut self, place: &Place<'_>) {
+    fn place(&mut self, bus: &str, place: &Place<'_>) {
         self.bytes += place.bytes.len() as u64;
-        let (Some((line, span)), Some(time)) = (self.inputs.last_mut(), place.time) else { return };
-        let on_wire = line.character_ns().saturating_mul(place.bytes.len() as i64); // a run is far below 2^63
+        let stretch = self.inputs.iter_mut().rfind(|stretch| stretch.bus == bus);
+        let (Some(stretch), Some(time)) = (stretch, place.time) else { return };
+        let on_wire = stretch.line.character_ns().saturating_mul(place.bytes.len() as i64); // a run is far below 2^63
         self.busy_ns = self.busy_ns.saturating_add(on_wire);
         let (start, end) = (time.start.midpoint(), time.end.midpoint());
-        let (first, last) = span.unwrap_or((start, end));
-        *span = Some((first.min(start), last.max(end)));
+        let (first, last) = stretch.span.unwrap_or((start, end));
+        stretch.span = Some((first.min(start), last.max(end)));
     }
 
     /// Returns the first and the last time of all inputs.
     fn span(&self) -> Option<(Timestamp, Timestamp)> {
-        let spans = self.inputs.iter().filter_map(|(_, span)| *span);
+        let spans = self.inputs.iter().filter_map(|stretch| stretch.span);
         spans.reduce(|(first, last), (start, end)| (first.min(start), last.max(end)))
     }
 
     /// Returns how much of the time the line was busy, in percent; `None` without times.
     fn load(&self) -> Option<f64> {
-        let spans = self.inputs.iter().filter_map(|(_, span)| *span);
+        let spans = self.inputs.iter().filter_map(|stretch| stretch.span);
         let duration = spans.map(|(start, end)| end - start).fold(0_i64, i64::saturating_add);
         (duration > 0).then(|| self.busy_ns as f64 / duration as f64 * 100.0)
     }
@@ -145,8 +180,8 @@ impl Info {
 
     /// Returns the line settings of all inputs, or `None` when they differ.
     fn line(&self) -> Option<LineSettings> {
-        let (first, _) = *self.inputs.first()?;
-        self.inputs.iter().all(|(line, _)| *line == first).then_some(first)
+        let first = self.inputs.first()?.line;
+        self.inputs.iter().all(|stretch| stretch.line == first).then_some(first)
     }
 
     /// Returns the summary as one JSON object.
@@ -171,7 +206,10 @@ impl Info {
             start_ns: self.span().map(|(start, _)| start.as_ns()),
             end_ns: self.span().map(|(_, end)| end.as_ns()),
             line: self.line().map(|line| line.to_string()),
-            complete: self.lost == 0,
+            complete: self.lost == 0 && self.recordings.iter().all(|recording| recording.is_complete),
+            lost: self.lost,
+            busy: self.load().map(|percent| percent / 100.0),
+            recordings: &self.recordings,
         };
         serde_json::to_string(&summary).unwrap_or_default() // plain data: cannot fail
     }
@@ -192,6 +230,9 @@ impl Info {
             }
             None => writeln!(out, "times         none in this recording")?,
         }
+        for recording in &self.recordings {
+            writeln!(out, "recording     {recording}")?;
+        }
         match self.line() {
             Some(line) => write!(out, "line          {line}")?,
             None => write!(out, "line          differs between the inputs")?,
@@ -211,7 +252,8 @@ impl Info {
         for outcome in Outcome::ALL {
             let count = self.outcomes[outcome as usize];
             if count > 0 {
-                writeln!(out, "  {:<14}{count:>8}", outcome.name())?;
+                let share = count as f64 / self.transactions().max(1) as f64 * 100.0;
+                writeln!(out, "  {:<14}{count:>8} {share:>6.2} %", outcome.name())?;
             }
         }
         writeln!(out, "devices       {}", self.units().count())?;
@@ -223,6 +265,27 @@ impl Info {
                 Some(evidence) => writeln!(out, "  by {evidence}")?,
                 None => writeln!(out)?,
             }
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Display for Recording {
+    /// Says in a line what a recording says of itself.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.session_id {
+            Some(id) => write!(f, "{id}, part {}, by {}, ", self.part_index, self.tool)?,
+            None => write!(f, "of no session, ")?,
+        }
+        match &self.end {
+            Some(reason) => write!(f, "closed ({reason})")?,
+            None => write!(f, "not closed")?,
+        }
+        if self.damage > 0 {
+            write!(f, "; cannot be read in {} places, {} bytes", self.damage, self.damage_bytes)?;
+        }
+        if self.lost_bytes > 0 {
+            write!(f, "; {} bytes of the bus are lost for it", self.lost_bytes)?;
         }
         Ok(())
     }

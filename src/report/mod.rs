@@ -8,6 +8,7 @@ pub mod held;
 pub mod hex;
 pub mod info;
 mod json;
+pub mod mcap;
 #[cfg(feature = "parquet")]
 pub mod parquet;
 pub mod pcapng;

@@ -27,7 +27,7 @@ fn an_input_that_cannot_be_read_is_named() {
         refuses(&[command, &path("comments")], b"", "comments' is empty");
         refuses(&[command, &path("missing")], b"", "missing': No such file");
         refuses(&[command, &path("")], b"", "it is a directory");
-        refuses(&[command, &path("mcap")], b"", "MCAP");
+        refuses(&[command, &path("mcap")], b"", "no recording of a bus");
         refuses(&[command, "-"], b"", "'standard input' is empty");
         refuses(&[command, "-", "--input-format", "raw"], b"", "'standard input' is empty");
     }
@@ -84,7 +84,7 @@ fn numbers_out_of_range_are_refused() {
     refuses(&["simulate", "-o", "-", "--scenario", "nothing"], b"", "invalid value 'nothing'");
     refuses(&["simulate", "-o", "-", "--adapter", "nothing"], b"", "nothing");
     refuses(&["simulate", "-o", "/nowhere/bus.hex"], b"", "/nowhere/bus.hex");
-    refuses(&["simulate", "-o", "bus.mcap"], b"", "cannot write MCAP");
+    refuses(&["simulate", "-o", "/nowhere/bus.mcap"], b"", "/nowhere/bus.mcap");
     refuses(&["demo", "--duration", "0"], b"", "0 is not in 1..");
     refuses(&["profiles", "show", "nothing"], b"", "no profile 'nothing'");
     refuses(&["decode", "-", "--format", "csv", "--show", "frames", "--show", "readings"], b"01", "CSV");

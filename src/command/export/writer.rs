@@ -3,10 +3,10 @@
 use std::fs::File;
 use std::io::{self, Seek, Write};
 
-use super::super::bus::Origin;
 use super::super::decode::judge;
 use super::super::failure::Failure;
 use super::super::output::{GATHER, Output};
+use super::super::session::Origin;
 use crate::capture::hex_heading;
 use crate::cli::{self, ExportKind, LinkKind};
 use crate::decode::chunk::Chunk;
@@ -45,6 +45,8 @@ impl Writer {
         let format: Box<dyn Format> = match kind {
             ExportKind::Hex => return Ok(Writer::Hex { reads: Hex::new(judge), remarks: remarks(args) }),
             ExportKind::Parquet => return parquet(args, &show, judge),
+            // It has a writer of its own.
+            ExportKind::Mcap => return Err(Failure::new("MCAP is not written row by row")),
             ExportKind::Csv if args.wide => {
                 let (table, passing) = (Wide::new(clock), Passing::new(judge));
                 let rows = tempfile::tempfile().map_err(spill_failed)?;
@@ -77,9 +79,11 @@ impl Writer {
         match self {
             Writer::Rows(rows) => rows.heading(out),
             Writer::Hex { remarks, .. } => {
-                let line = (!origin.line_is_assumed).then_some(origin.line);
+                let line = (!origin.line_is_assumed).then_some(origin.settings.line);
                 out.extend_from_slice(concat!("# rtutap ", env!("CARGO_PKG_VERSION"), "\n").as_bytes());
-                out.extend_from_slice(hex_heading(line, origin.adapter_hold_ns, origin.is_raw).as_bytes());
+                out.extend_from_slice(
+                    hex_heading(line, origin.settings.adapter_hold_ns, origin.is_raw).as_bytes(),
+                );
                 remarks.iter().for_each(|remark| out.extend_from_slice(format!("# {remark}\n").as_bytes()));
             }
             _ => {}
@@ -87,9 +91,9 @@ impl Writer {
     }
 
     /// Writes what stands before the first row of an input.
-    pub(super) fn begin(&mut self, bus: &str, origin: &Origin, out: &mut Vec<u8>) {
+    pub(super) fn begin(&mut self, origin: &Origin, out: &mut Vec<u8>) {
         if let Writer::Rows(rows) = self {
-            rows.begin(bus, origin.line, out);
+            rows.begin(&origin.settings.name, origin.settings.line, out);
         }
     }
 

@@ -1,0 +1,71 @@
+//! Why an input cannot be read, and what could be done about it.
+
+use std::io;
+
+use thiserror::Error;
+
+use super::{HexError, Malformed};
+
+/// Says why an input could not be read; `hint` says what to do about it.
+#[derive(Debug, Error)]
+pub enum InputError {
+    /// The system refused to open or to read it.
+    #[error("cannot read '{name}': {error}")]
+    Io {
+        /// The input's name.
+        name: String,
+        /// What the system said.
+        error: io::Error,
+    },
+    /// It is a directory.
+    #[error("cannot read '{0}': it is a directory")]
+    Directory(String),
+    /// It is an MCAP file of something else; with its topics and their schemas.
+    #[error(
+        "'{name}' is an MCAP file, but no recording of a bus: it has no channel /<bus>/raw of rtutap.RawChunk"
+    )]
+    Foreign {
+        /// The input's name.
+        name: String,
+        /// What it has instead.
+        has: String,
+    },
+    /// It holds no byte of a bus.
+    #[error("'{0}' is empty: there is not a byte in it")]
+    Empty(String),
+    /// It is hex text with something in it that is not.
+    #[error("'{name}', {error}")]
+    Hex {
+        /// The input's name.
+        name: String,
+        /// Where and what.
+        error: HexError,
+    },
+    /// It is an import with something in it that cannot be understood.
+    #[error("'{name}', {error}")]
+    Malformed {
+        /// The input's name.
+        name: String,
+        /// Where and what.
+        error: Malformed,
+    },
+}
+
+impl InputError {
+    /// Returns what could be done about it.
+    pub fn hint(&self) -> String {
+        match self {
+            InputError::Io { error, .. } => match error.kind() {
+                io::ErrorKind::NotFound => "check the path; '-' reads standard input",
+                io::ErrorKind::PermissionDenied => "check who may read the file",
+                _ => "check that the file can be read to its end",
+            },
+            InputError::Directory(_) => "name the recordings in it, such as DIRECTORY/*",
+            InputError::Foreign { has, .. } => return format!("it has {has}"),
+            InputError::Empty(_) => "check that the recording was written; comments and times alone are none",
+            InputError::Hex { error, .. } => error.hint(),
+            InputError::Malformed { error, .. } => error.hint,
+        }
+        .to_owned()
+    }
+}

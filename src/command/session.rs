@@ -1,0 +1,211 @@
+//! Decodes the buses of a session: from items to events, in one order and with one count over all buses.
+
+use std::sync::Arc;
+
+use super::failure::Failure;
+use crate::capture::Item;
+use crate::capture::mcap::BusSettings;
+use crate::device::{Devices, Profiles};
+use crate::line::LineSettings;
+use crate::pipeline::{Event, Options, Pipeline};
+use crate::report::redact::Redactor;
+
+/// Receives what comes out of the inputs.
+pub(super) trait Sink {
+    /// Begins a bus, or goes on with other settings.
+    fn begin(&mut self, origin: &Origin) -> Result<(), Failure>;
+
+    /// Takes what was received, before what it decodes to.
+    fn received(&mut self, _item: &Item<'_>) -> Result<(), Failure> {
+        Ok(())
+    }
+
+    /// Takes an event.
+    fn event(&mut self, bus: &str, event: &Event<'_>);
+
+    /// Comes after each chunk: frames before `settled_frame` have their transaction, or none;
+    /// `waits` when the next chunk is not there yet.
+    fn pause(&mut self, settled_frame: u64, waits: bool) -> Result<(), Failure>;
+}
+
+/// Says how the bytes of a bus were received.
+#[derive(Clone, Debug)]
+pub(super) struct Origin {
+    /// Name, line settings and adapter, as decoded with.
+    pub(super) settings: BusSettings,
+    /// Whether nobody said what the line settings are.
+    pub(super) line_is_assumed: bool,
+    /// Whether nothing is known of when bytes were read.
+    pub(super) is_raw: bool,
+}
+
+impl From<BusSettings> for Origin {
+    /// Takes settings that somebody said, of reads that have their times.
+    fn from(settings: BusSettings) -> Origin {
+        Origin { settings, line_is_assumed: false, is_raw: false }
+    }
+}
+
+/// Says how to decode.
+pub(super) struct Setup {
+    /// Overrides what the input says.
+    pub(super) line: Option<LineSettings>,
+    /// Overrides what the input says.
+    pub(super) adapter_hold_ns: Option<i64>,
+    /// What is known of devices before anything is read.
+    pub(super) devices: Devices,
+    pub(super) profiles: Arc<Profiles>,
+    /// Whether readings are wanted.
+    pub(super) readings: bool,
+    /// Whether anything but the bytes is wanted.
+    pub(super) decodes: bool,
+    /// Whether serial numbers are blanked in the bytes themselves.
+    pub(super) redacts: bool,
+}
+
+/// Is a bus being decoded.
+struct Bus {
+    settings: BusSettings,
+    pipeline: Pipeline,
+    redactor: Option<Redactor>,
+}
+
+/// Decodes all buses of a session.
+pub(super) struct Session<'a> {
+    setup: &'a Setup,
+    ids: (u64, u64),
+    buses: Vec<Bus>,
+}
+
+impl<'a> Session<'a> {
+    pub(super) fn new(setup: &'a Setup) -> Self {
+        Session { setup, ids: (0, 0), buses: Vec::new() }
+    }
+
+    /// Returns the line settings that override those of inputs.
+    pub(super) fn line(&self) -> Option<LineSettings> {
+        self.setup.line
+    }
+
+    /// Tells whether a bus has begun.
+    pub(super) fn knows(&self, bus: &str) -> bool {
+        self.buses.iter().any(|known| known.settings.name == bus)
+    }
+
+    /// Begins a bus; where it has begun and the settings are others, it is decoded afresh from here on.
+    pub(super) fn begin(&mut self, origin: impl Into<Origin>, sink: &mut impl Sink) -> Result<(), Failure> {
+        let mut origin = origin.into();
+        let settings = &mut origin.settings;
+        settings.line = self.setup.line.unwrap_or(settings.line);
+        settings.adapter_hold_ns = self.setup.adapter_hold_ns.or(settings.adapter_hold_ns);
+        let known = self.buses.iter().position(|bus| bus.settings.name == settings.name);
+        if let Some(at) = known {
+            let before = &self.buses[at].settings;
+            if before.line == settings.line && before.adapter_hold_ns == settings.adapter_hold_ns {
+                return Ok(());
+            }
+            self.finish_bus(at, sink)?;
+            self.buses.remove(at);
+        }
+        sink.begin(&origin)?;
+        let settings = origin.settings;
+        let redactor = self
+            .setup
+            .redacts
+            .then(|| Redactor::new(self.pipeline(&settings), Arc::clone(&self.setup.profiles)));
+        let pipeline = self.pipeline(&settings);
+        let at = known.unwrap_or(self.buses.len());
+        self.buses.insert(at, Bus { settings, pipeline, redactor });
+        Ok(())
+    }
+
+    fn pipeline(&self, settings: &BusSettings) -> Pipeline {
+        let options = Options {
+            line: settings.line,
+            adapter_hold_ns: settings.adapter_hold_ns,
+            first_frame_id: self.ids.0,
+            first_transaction_id: self.ids.1,
+            readings: self.setup.readings,
+        };
+        Pipeline::new(options, self.setup.devices.clone(), self.setup.profiles.shapes())
+    }
+
+    /// Takes in an item of a bus that has begun; of others only settings.
+    pub(super) fn take(&mut self, item: &Item<'_>, sink: &mut impl Sink) -> Result<(), Failure> {
+        let bus = match *item {
+            Item::Line { bus, line, adapter_hold_ns } => {
+                let name = bus.to_owned();
+                let settings = BusSettings { name, line, adapter_hold_ns, ..BusSettings::default() };
+                return self.begin(settings, sink);
+            }
+            Item::Chunk { bus, .. } | Item::Lost { bus, .. } => bus,
+        };
+        let Some(at) = self.buses.iter().position(|known| known.settings.name == bus) else { return Ok(()) };
+        if let (Some(redactor), Item::Chunk { chunk, .. }) = (&mut self.buses[at].redactor, item) {
+            redactor.push(chunk);
+            return self.take_redacted(at, sink);
+        }
+        self.decode(at, item, sink)
+    }
+
+    /// Takes in the reads of a bus from which serial numbers have been blanked.
+    fn take_redacted(&mut self, at: usize, sink: &mut impl Sink) -> Result<(), Failure> {
+        let Some(mut redactor) = self.buses[at].redactor.take() else { return Ok(()) };
+        let mut result = Ok(());
+        let bus = self.buses[at].settings.name.clone();
+        while let Some(chunk) = redactor.pop() {
+            result = result.and(self.decode(at, &Item::Chunk { bus: &bus, chunk, ready: None }, sink));
+        }
+        self.buses[at].redactor = Some(redactor);
+        result
+    }
+
+    fn decode(&mut self, at: usize, item: &Item<'_>, sink: &mut impl Sink) -> Result<(), Failure> {
+        sink.received(item)?;
+        if self.setup.decodes {
+            self.act(at, sink, |pipeline| match item {
+                Item::Chunk { chunk, .. } => pipeline.handle_bytes(chunk),
+                Item::Lost { lost, .. } => pipeline.handle_lost(*lost),
+                Item::Line { .. } => {}
+            });
+        }
+        Ok(())
+    }
+
+    fn finish_bus(&mut self, at: usize, sink: &mut impl Sink) -> Result<(), Failure> {
+        if let Some(redactor) = &mut self.buses[at].redactor {
+            redactor.finish();
+            self.take_redacted(at, sink)?;
+        }
+        self.act(at, sink, Pipeline::finish);
+        Ok(())
+    }
+
+    /// Lets a pipeline do something, with the ids that all share, and hands over all events that are there.
+    fn act(&mut self, at: usize, sink: &mut impl Sink, act: impl FnOnce(&mut Pipeline)) {
+        let Bus { settings, pipeline, .. } = &mut self.buses[at];
+        pipeline.set_next_ids(self.ids);
+        act(pipeline);
+        while let Some(event) = pipeline.poll_event() {
+            sink.event(&settings.name, &event);
+        }
+        self.ids = pipeline.next_ids();
+    }
+
+    /// Returns an id: every frame or run with a smaller one belongs to a transaction that came out, or to none.
+    pub(super) fn settled_frame_id(&mut self) -> u64 {
+        for bus in &mut self.buses {
+            bus.pipeline.set_next_ids(self.ids);
+        }
+        self.buses.iter().map(|bus| bus.pipeline.settled_frame_id()).min().unwrap_or(self.ids.0)
+    }
+
+    /// Ends all buses: what comes next is another session.
+    pub(super) fn finish(&mut self, sink: &mut impl Sink) -> Result<(), Failure> {
+        for at in 0..self.buses.len() {
+            self.finish_bus(at, sink)?;
+        }
+        self.buses.clear();
+        sink.pause(u64::MAX, true)
+    }
+}
