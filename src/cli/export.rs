@@ -17,7 +17,8 @@ Formats, by the extension of FILE:
   .parquet  readings or transactions in typed columns, where built with '--features parquet'
 
 With --filter, rows leave as from 'decode': a frame passes when its transaction does. Hex text keeps the
-bytes of the frames and damaged runs that pass, each with the time of its read.
+bytes of the frames and damaged runs that pass, each with the time of its read. MCAP keeps every byte, and
+beside them what passes.
 With --redact, serial numbers keep what tells the kind of device and have X for the rest, in bytes, values
 and text alike; CRCs are mended, and the file says so. A filter then sees them blanked.
 

@@ -8,7 +8,7 @@ use crate::capture::mcap::BusSettings;
 use crate::device::{Devices, Profiles};
 use crate::line::LineSettings;
 use crate::pipeline::{Event, Options, Pipeline};
-use crate::report::redact::Redactor;
+use crate::report::redact::{Redacted, Redactor};
 
 /// Receives what comes out of the inputs.
 pub(super) trait Sink {
@@ -141,11 +141,13 @@ impl<'a> Session<'a> {
             Item::Chunk { bus, .. } | Item::Lost { bus, .. } => bus,
         };
         let Some(at) = self.buses.iter().position(|known| known.settings.name == bus) else { return Ok(()) };
-        if let (Some(redactor), Item::Chunk { chunk, .. }) = (&mut self.buses[at].redactor, item) {
-            redactor.push(chunk);
-            return self.take_redacted(at, sink);
+        let Some(redactor) = &mut self.buses[at].redactor else { return self.decode(at, item, sink) };
+        match item {
+            Item::Chunk { chunk, .. } => redactor.push(chunk),
+            Item::Lost { lost, .. } => redactor.push_lost(*lost),
+            Item::Line { .. } => {}
         }
-        self.decode(at, item, sink)
+        self.take_redacted(at, sink)
     }
 
     /// Takes in the reads of a bus from which serial numbers have been blanked.
@@ -153,8 +155,12 @@ impl<'a> Session<'a> {
         let Some(mut redactor) = self.buses[at].redactor.take() else { return Ok(()) };
         let mut result = Ok(());
         let bus = self.buses[at].settings.name.clone();
-        while let Some(chunk) = redactor.pop() {
-            result = result.and(self.decode(at, &Item::Chunk { bus: &bus, chunk, ready: None }, sink));
+        while let Some(redacted) = redactor.pop() {
+            let item = match redacted {
+                Redacted::Chunk(chunk) => Item::Chunk { bus: &bus, chunk, ready: None },
+                Redacted::Lost(lost) => Item::Lost { bus: &bus, lost },
+            };
+            result = result.and(self.decode(at, &item, sink));
         }
         self.buses[at].redactor = Some(redactor);
         result

@@ -6,7 +6,7 @@ use std::ops::Range;
 use super::held::Held;
 use super::{Format, Judge, Rows, Show};
 use crate::capture::hex_line;
-use crate::decode::chunk::{Chunk, LineError, ReadTime};
+use crate::decode::chunk::{Chunk, LineError, Lost, ReadTime};
 use crate::pipeline::Event;
 
 /// Turns reads into lines of hex text.
@@ -27,6 +27,14 @@ impl Hex {
         match &mut self.cut {
             Some(cut) => cut.held.push(chunk),
             None => line(chunk, out),
+        }
+    }
+
+    /// Takes that bytes were lost: a comment, unless only a part is written.
+    pub fn lost(&mut self, lost: &Lost, out: &mut Vec<u8>) {
+        if self.cut.is_none() {
+            let text = format!("# bytes lost here: {} ({})\n", lost.count, lost.kind.name());
+            out.extend_from_slice(text.as_bytes());
         }
     }
 

@@ -5,11 +5,12 @@
 //! explains, such as an answer without its request. The CRC is changed by what the change does to it: a good
 //! frame stays good, a damaged one stays damaged in the same way.
 
+use std::collections::VecDeque;
 use std::ops::Range;
 use std::sync::Arc;
 
 use super::held::Held;
-use crate::decode::chunk::Chunk;
+use crate::decode::chunk::{Chunk, Lost};
 use crate::decode::crc;
 use crate::decode::frame::{Damaged, Frame, Place, Reason, Role};
 use crate::decode::transaction::{Side, Transaction};
@@ -32,20 +33,39 @@ pub struct Redactor {
     pipeline: Pipeline,
     profiles: Arc<Profiles>,
     held: Held,
+    /// What was lost, and after how many bytes.
+    losses: VecDeque<(u64, Lost)>,
+    taken: u64,
+    given: u64,
+}
+
+/// Is what comes out of a redactor.
+pub enum Redacted<'a> {
+    /// A read without its serial numbers.
+    Chunk(Chunk<'a>),
+    /// Bytes were lost here.
+    Lost(Lost),
 }
 
 impl Redactor {
     /// Makes a redactor that finds serial numbers by a pipeline of its own.
     pub fn new(pipeline: Pipeline, profiles: Arc<Profiles>) -> Self {
-        Redactor { pipeline, profiles, held: Held::default() }
+        let losses = VecDeque::new();
+        Redactor { pipeline, profiles, held: Held::default(), losses, taken: 0, given: 0 }
     }
 
     /// Takes a read.
     pub fn push(&mut self, chunk: &Chunk<'_>) {
         self.held.push(chunk);
+        self.taken += chunk.bytes.len() as u64;
         self.pipeline.handle_bytes(chunk);
         self.blank();
         self.held.settle(self.pipeline.settled_frame_id());
+    }
+
+    /// Takes note that bytes were lost after those taken so far.
+    pub fn push_lost(&mut self, lost: Lost) {
+        self.losses.push_back((self.taken, lost));
     }
 
     /// Takes note that the input has ended.
@@ -55,9 +75,14 @@ impl Redactor {
         self.held.settle_all();
     }
 
-    /// Returns the next read without its serial numbers, if one is ready.
-    pub fn pop(&mut self) -> Option<Chunk<'_>> {
-        self.held.pop().map(|(chunk, _)| chunk)
+    /// Returns what comes next, if it is ready.
+    pub fn pop(&mut self) -> Option<Redacted<'_>> {
+        if self.losses.front().is_some_and(|(after, _)| *after <= self.given) {
+            return self.losses.pop_front().map(|(_, lost)| Redacted::Lost(lost));
+        }
+        let (chunk, _) = self.held.pop()?;
+        self.given += chunk.bytes.len() as u64;
+        Some(Redacted::Chunk(chunk))
     }
 
     fn blank(&mut self) {

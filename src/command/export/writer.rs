@@ -9,7 +9,7 @@ use super::super::output::{GATHER, Output};
 use super::super::session::Origin;
 use crate::capture::hex_heading;
 use crate::cli::{self, ExportKind, LinkKind};
-use crate::decode::chunk::Chunk;
+use crate::decode::chunk::{Chunk, Lost};
 use crate::pipeline::Event;
 use crate::report::hex::Hex;
 #[cfg(feature = "parquet")]
@@ -101,6 +101,13 @@ impl Writer {
     pub(super) fn chunk(&mut self, chunk: &Chunk<'_>, out: &mut Vec<u8>) {
         if let Writer::Hex { reads, .. } = self {
             reads.chunk(chunk, out);
+        }
+    }
+
+    /// Takes that bytes were lost; rows have events for it.
+    pub(super) fn lost(&mut self, lost: &Lost, out: &mut Vec<u8>) {
+        if let Writer::Hex { reads, .. } = self {
+            reads.lost(lost, out);
         }
     }
 
