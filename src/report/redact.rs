@@ -86,7 +86,7 @@ impl Redactor {
     }
 
     fn blank(&mut self) {
-        let Redactor { pipeline, profiles, held } = self;
+        let Redactor { pipeline, profiles, held, .. } = self;
         while let Some(event) = pipeline.poll_event() {
             match &event {
                 Event::Frame(Frame { place, .. })
@@ -187,5 +187,48 @@ fn change(offset: u64, length: usize, spans: &[Range<usize>], profiles: &Profile
         let after = crc::checksum(bytes.get(..body).unwrap_or_default());
         let mended = bytes.iter_mut().skip(body).zip((before ^ after).to_le_bytes());
         mended.for_each(|(byte, difference)| *byte ^= difference);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::decode::chunk::{LostKind, ReadTime};
+    use crate::device::{Devices, Environment};
+    use crate::line::LineSettings;
+    use crate::pipeline::Options;
+    use crate::time::{MILLISECOND, Timestamp};
+
+    #[test]
+    fn what_was_lost_stays_between_the_reads_where_it_was_lost() {
+        let profiles = Arc::new(Profiles::built_in());
+        let devices = Devices::new(Arc::clone(&profiles), Environment::default());
+        let options = Options {
+            line: LineSettings::default(),
+            adapter_hold_ns: None,
+            first_frame_id: 0,
+            first_transaction_id: 0,
+            readings: false,
+        };
+        let pipeline = Pipeline::new(options, devices, profiles.shapes());
+        let mut redactor = Redactor::new(pipeline, profiles);
+        let lost = Lost { time: None, stream_offset: 8, kind: LostKind::Queue, count: 3 };
+        let request = [0x01, 0x03, 0x26, 0x00, 0x00, 0x04, 0x4F, 0x41];
+        for at in [0, 1] {
+            let time = ReadTime::At(Timestamp::from_ns(at * 1000 * MILLISECOND));
+            redactor.push(&Chunk { time, bytes: &request, line_errors: &[] });
+            if at == 0 {
+                redactor.push_lost(lost);
+            }
+        }
+        redactor.finish();
+        let mut order = Vec::new();
+        while let Some(redacted) = redactor.pop() {
+            order.push(match redacted {
+                Redacted::Chunk(chunk) => Err(chunk.bytes.to_vec()),
+                Redacted::Lost(lost) => Ok(lost),
+            });
+        }
+        assert_eq!(order, [Err(request.to_vec()), Ok(lost), Err(request.to_vec())]);
     }
 }

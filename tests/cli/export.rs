@@ -272,6 +272,49 @@ fn what_cannot_be_written_is_said_with_a_way_out() {
     }
 }
 
+/// Returns the rows of a file of its own, in the order of `decode`.
+fn rows_of(file: &Path) -> Vec<Value> {
+    let args = [&["decode", arg(file)][..], &EVERYTHING[2..]].concat();
+    rows(&stdout(&args, b""))
+}
+
+#[test]
+fn mcap_keeps_every_byte_and_beside_them_what_passes() {
+    let (_directory, path) = temporary();
+    let input = path("it.hex");
+    std::fs::write(&input, simulated("installation")).expect("a file");
+    let (whole, part) = (path("whole.mcap"), path("part.mcap"));
+    rtutap(&["export", arg(&input), "-o", arg(&whole)]).assert().success();
+    rtutap(&["export", arg(&input), "-o", arg(&part), "--filter", "addr == 1"]).assert().success();
+    assert_eq!(rows_of(&whole), rows_of(&input));
+    assert_eq!(rows_of(&part), rows_of(&input), "the bytes are all there");
+    let topics = |file: &Path| {
+        let bytes = std::fs::read(file).expect("a file");
+        let summary = mcap::Summary::read(&bytes).expect("MCAP").expect("a summary");
+        summary.channels.values().map(|channel| channel.topic.clone()).collect::<BTreeSet<_>>()
+    };
+    let of_two = |topic: &&String| topic.starts_with("/bus0/sensor/2/");
+    assert!(topics(&whole).iter().any(|topic| of_two(&topic)));
+    assert!(!topics(&part).iter().any(|topic| of_two(&topic)));
+    assert!(topics(&part).iter().any(|topic| topic.starts_with("/bus0/sensor/1/")));
+}
+
+#[test]
+fn a_redacted_mcap_has_no_serial_number_and_says_so() {
+    let (_directory, path) = temporary();
+    let (input, output) = (path("it.hex"), path("it.mcap"));
+    std::fs::write(&input, simulated("installation")).expect("a file");
+    rtutap(&["export", arg(&input), "-o", arg(&output), "--redact"]).assert().success();
+    let rows = rows_of(&output);
+    assert!(serial_numbers(&rows).contains("YL01XXXXXXXX"));
+    assert!(serial_numbers(&rows).iter().all(|number| !leaks(number.as_bytes())));
+    let bytes = std::fs::read(&output).expect("a file");
+    for message in mcap::MessageStream::new(&bytes).expect("MCAP") {
+        assert!(!leaks(&message.expect("a message").data));
+    }
+    assert!(bytes.windows(8).any(|window| window == b"redacted"), "metadata is not compressed");
+}
+
 #[cfg(feature = "parquet")]
 #[test]
 fn parquet_has_every_reading_in_typed_columns() {
