@@ -143,7 +143,7 @@ pub struct Decode {
     /// Print only what passes, such as 'addr == 1 && temperature > 20'
     ///
     /// Compared can be addr, fn, reg, quantity, outcome, exception, latency, time, device, serial, cmd,
-    /// role, reason, bus, and any decoded field; also: echo, damaged, crc good, crc bad,
+    /// role, reason, bus, and any decoded field or derived value; also: echo, damaged, crc good, crc bad,
     /// 'bytes contains 26 00'. A frame passes when its transaction does.
     #[arg(long, value_name = "EXPR")]
     pub filter: Option<String>,
@@ -225,7 +225,7 @@ pub struct Simulate {
     pub output: PathBuf,
 
     /// Chooses among all possible courses of events; the same seed gives the same bytes
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, value_parser = seed, allow_negative_numbers = true)]
     pub seed: u64,
 
     /// About how many frames to write, 1 to 100000000
@@ -261,7 +261,7 @@ pub struct Demo {
     pub duration: u32,
 
     /// Chooses among all possible courses of events
-    #[arg(long, default_value_t = 20)]
+    #[arg(long, default_value_t = 20, value_parser = seed, allow_negative_numbers = true)]
     pub seed: u64,
 }
 
@@ -307,6 +307,8 @@ pub enum ShowKind {
     Transactions,
     /// Measured and derived values
     Readings,
+    /// What is wrong with the traffic; this version has no rules yet
+    Findings,
 }
 
 impl From<ShowKind> for Show {
@@ -315,6 +317,7 @@ impl From<ShowKind> for Show {
             ShowKind::Frames => Show::Frames,
             ShowKind::Transactions => Show::Transactions,
             ShowKind::Readings => Show::Readings,
+            ShowKind::Findings => Show::Findings,
         }
     }
 }
@@ -343,12 +346,12 @@ pub enum InfoFormat {
 /// Names the formats of recordings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum InputKind {
+    /// MCAP
+    Mcap,
     /// Hex text
     Hex,
     /// Raw bytes
     Raw,
-    /// A recording in MCAP
-    Mcap,
     /// Packets: pcapng or pcap, link type 147 or 250
     Pcap,
     /// A table of bytes with their times: CSV as Saleae Logic and DSView export it
@@ -414,6 +417,10 @@ fn number(text: &str, least: f64, most: f64, unit: &str) -> Result<f64, String> 
         Ok(_) => Err(format!("not within {least} to {most} {unit}")),
         Err(_) => Err(format!("not a number from {least} to {most} {unit}")),
     }
+}
+
+fn seed(text: &str) -> Result<u64, String> {
+    text.parse().map_err(|_| format!("not a whole number from 0 to {}", u64::MAX))
 }
 
 pub(crate) fn salinity(text: &str) -> Result<f64, String> {

@@ -55,6 +55,19 @@ impl HexError {
     }
 }
 
+impl HexError {
+    /// Tells whether it is a time that is wrong.
+    pub(super) fn is_time(&self) -> bool {
+        matches!(self.problem, Problem::Time(_))
+    }
+}
+
+/// Tells whether bytes are text of nothing but what hex text is made of, comments aside.
+pub(super) fn is_hex_alike(bytes: &[u8]) -> bool {
+    let is_known = |c: &u8| c.is_ascii_hexdigit() || is_separator(*c) || b"xX\\[]()<>rRtT\r".contains(c);
+    bytes.split(|&c| c == b'\n').all(|line| line.iter().take_while(|&&c| c != b'#').all(is_known))
+}
+
 impl fmt::Display for HexError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "line {}, column {}: ", self.line, self.column)?;

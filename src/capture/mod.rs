@@ -41,6 +41,8 @@ pub const BUS: &str = "bus0";
 /// Names the formats that can be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum InputFormat {
+    /// A recording in MCAP.
+    Mcap,
     /// Hex text: a line a read, with or without a time.
     Hex,
     /// The bytes themselves, without times.
@@ -49,8 +51,6 @@ pub enum InputFormat {
     Pcap,
     /// A table of bytes with their times, as logic analysers export it.
     Table,
-    /// A recording in MCAP.
-    Mcap,
 }
 
 /// Is what comes next in an input.
@@ -129,6 +129,22 @@ impl Input {
         Input::new(name, size, origin, format)
     }
 
+    /// Looks whether there is such a file, without opening it: a pipe can be opened but once.
+    ///
+    /// # Errors
+    /// When there is none, or it is a directory.
+    pub fn check(path: &Path) -> Result<(), InputError> {
+        let name = path.display().to_string();
+        if path.as_os_str() == "-" {
+            return Ok(());
+        }
+        match path.metadata() {
+            Ok(metadata) if metadata.is_dir() => Err(InputError::Directory(name)),
+            Ok(_) => Ok(()),
+            Err(error) => Err(InputError::Io { name, error }),
+        }
+    }
+
     fn new(
         name: String,
         size: Option<u64>,
@@ -149,7 +165,11 @@ impl Input {
                 } else if table::is_table(&prefix) {
                     InputFormat::Table
                 } else if let Some(error) = hex_text::problem_in(&prefix) {
-                    misread = is_text(&prefix).then_some(error);
+                    let is_text = is_text(&prefix);
+                    if is_text && (error.is_time() || hex_text::is_hex_alike(&prefix)) {
+                        return Err(InputError::Hex { name, error });
+                    }
+                    misread = is_text.then_some(error);
                     InputFormat::Raw
                 } else {
                     InputFormat::Hex

@@ -2,6 +2,7 @@
 
 use std::collections::VecDeque;
 use std::fs::File;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
@@ -18,6 +19,26 @@ use crate::line::LineSettings;
 
 /// How long to wait for a recording to grow before looking again.
 const PATIENCE: Duration = Duration::from_millis(100);
+
+/// More bytes than this without a single frame are worth a warning.
+const MANY_BYTES: usize = 1000;
+
+/// Refuses a command line that contradicts itself, or names inputs that aren't there.
+pub(super) fn check(args: &cli::Bus) -> Result<(), Failure> {
+    for (index, later) in args.devices.iter().enumerate() {
+        let mut earlier = args.devices[..index].iter().filter(|earlier| earlier.address == later.address);
+        if let Some(earlier) = earlier.find(|earlier| earlier.device != later.device) {
+            let (address, device) = (later.address, &later.device);
+            let message =
+                format!("--device says that {address} is {} and that it is {device}", earlier.device);
+            return Err(Failure::hinted(message, "give one --device for an address"));
+        }
+    }
+    if args.inputs.iter().filter(|path| path.as_os_str() == "-").count() > 1 {
+        return Err(Failure::hinted("'-' was given twice", "standard input can be read only once"));
+    }
+    args.inputs.iter().try_for_each(|path| Ok(Input::check(path)?))
+}
 
 /// Returns the profiles kept in recordings, over them the built-in ones, and over those the ones given.
 pub(super) fn profiles(
@@ -59,7 +80,15 @@ pub(super) fn profile(file: &Path) -> Result<Profile, Failure> {
     let name = file.display().to_string();
     #[expect(clippy::disallowed_methods, reason = "profiles are files")]
     let text = std::fs::read_to_string(file);
-    let text = text.map_err(|error| Failure::new(format!("cannot read '{name}': {error}")))?;
+    let text = text.map_err(|error| {
+        let hint = match error.kind() {
+            io::ErrorKind::NotFound => "check the path; 'rtutap profiles' lists the profiles built in",
+            io::ErrorKind::IsADirectory => "name a TOML file in it",
+            io::ErrorKind::InvalidData => "a profile is a TOML file, which is UTF-8 text",
+            _ => "check who may read the file",
+        };
+        Failure::hinted(format!("cannot read '{name}': {error}"), hint)
+    })?;
     Profile::from_toml(&text, &name).map_err(Failure::new)
 }
 
@@ -75,6 +104,12 @@ pub(super) struct Wanted {
     pub(super) raw_only: bool,
     /// Whether serial numbers are blanked.
     pub(super) redacted: bool,
+}
+
+impl Wanted {
+    fn decodes(self) -> bool {
+        !self.raw_only
+    }
 }
 
 /// Reads all inputs, one after the other; counters run on. Parts of one session are one stream.
@@ -93,7 +128,7 @@ pub(super) fn read(
         devices: devices(args, profiles)?,
         profiles: Arc::clone(profiles),
         readings: wanted.readings,
-        decodes: !wanted.raw_only,
+        decodes: wanted.decodes(),
         redacts: wanted.redacted,
     };
     let mut session = Session::new(&setup);
@@ -230,6 +265,7 @@ fn read_input(
     sink: &mut impl Sink,
 ) -> Result<(), Failure> {
     let mut progress = Progress::new(wanted.prints);
+    let (mut bytes, frames) = (0, session.frames());
     if input.facts().is_none() {
         let line = begin(input, BUS, session, sink)?;
         input.use_line(line);
@@ -244,6 +280,9 @@ fn read_input(
             continue;
         }
         let item = input.item();
+        if let Item::Chunk { chunk, .. } = item {
+            bytes += chunk.bytes.len();
+        }
         if let Item::Chunk { bus, .. } | Item::Lost { bus, .. } = item
             && !session.knows(bus)
         {
@@ -257,6 +296,13 @@ fn read_input(
         sink.pause(session.settled_frame_id(), waits)?;
     }
     progress.finish();
+    if wanted.decodes() && session.frames() == frames && bytes > MANY_BYTES {
+        let name = input.name();
+        message::warning(format_args!(
+            "no frame in {bytes} bytes of '{name}'; is it Modbus RTU, at this speed?"
+        ));
+        message::hint("check speed and character format (--line)");
+    }
     if let Some(back) = input.times_back() {
         let more = match back.count {
             1 => String::new(),

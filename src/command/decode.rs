@@ -7,8 +7,10 @@ use super::output::Output;
 use super::session::{Origin, Sink};
 use crate::analyze::filter::Filter;
 use crate::cli::{self, RowFormat};
+use crate::device::Profiles;
 use crate::pipeline::Event;
 use crate::report::{self, Clock, Csv, Format, Json, Rows, Show, Text};
+use crate::section::nearest;
 
 /// Runs the command.
 pub(super) fn run(args: &cli::Decode, verbose: bool) -> Result<(), Failure> {
@@ -19,7 +21,7 @@ pub(super) fn run(args: &cli::Decode, verbose: bool) -> Result<(), Failure> {
         show.push(Show::Transactions);
     }
     let profiles = bus::profiles(&args.bus.profiles, &args.bus.inputs)?;
-    let judge = args.filter.as_deref().map(judge).transpose()?;
+    let judge = args.filter.as_deref().map(|text| judge(text, &profiles)).transpose()?;
     let clock = Clock::new(args.time.unwrap_or_default().into());
     let (output, writer): (Output, Box<dyn Format>) = match (format, &show[..]) {
         (RowFormat::Text, _) => {
@@ -40,13 +42,13 @@ pub(super) fn run(args: &cli::Decode, verbose: bool) -> Result<(), Failure> {
         ..Wanted::default()
     };
     let says_environment = format != RowFormat::Text;
-    let mut printer = Printer { rows: Rows::new(show, writer, judge), output, derived: false };
+    let mut printer = Printer { rows: Rows::new(show, writer, judge), output };
     printer.rows.heading(&mut printer.output.buffer);
     let result = bus::read(&args.bus, &profiles, wanted, &mut printer, |_| {});
     // What was decoded before something went wrong is shown first.
     printer.output.flush()?;
     result?;
-    if printer.derived && says_environment {
+    if printer.rows.needs_environment() && says_environment {
         bus::say_environment(&args.bus);
     }
     if let Some(guess) = printer.rows.guess() {
@@ -59,14 +61,25 @@ pub(super) fn run(args: &cli::Decode, verbose: bool) -> Result<(), Failure> {
 }
 
 /// Reads a filter.
-pub(super) fn judge(text: &str) -> Result<report::Judge, Failure> {
+pub(super) fn judge(text: &str, profiles: &Profiles) -> Result<report::Judge, Failure> {
     let filter = Filter::parse(text).map_err(|error| {
-        let hint = error.hint().map_or_else(
-            || "a filter reads like 'addr == 1 && temperature > 20'".to_owned(),
-            |hint| hint.to_owned(),
-        );
-        Failure::hinted(format!("--filter '{text}': {error}"), hint)
+        let hint = error.hint().unwrap_or("a filter reads like 'addr == 1 && temperature > 20'");
+        let said = error.to_string();
+        // The hint gets a line of its own.
+        let said = said.strip_suffix(hint).map_or(&*said, |said| said.trim_end_matches("; "));
+        Failure::hinted(format!("--filter '{text}': {said}"), hint)
     })?;
+    let commands = || profiles.iter().flat_map(|profile| &profile.commands);
+    let fields = commands().flat_map(|command| command.request.iter().chain(&command.response));
+    let derived = profiles.iter().flat_map(|profile| &profile.derived);
+    let mut names: Vec<&str> = fields.map(|field| &*field.name).collect();
+    names.extend(derived.map(|derived| &*derived.name));
+    let known: Vec<&str> = Filter::known_names().collect();
+    for name in filter.field_names().into_iter().filter(|name| !names.contains(name)) {
+        let near = nearest(name, known.iter().copied().chain(names.iter().copied()));
+        let near = near.map_or_else(String::new, |near| format!("; did you mean '{near}'?"));
+        message::warning(format_args!("--filter: no profile has a field '{name}'{near}"));
+    }
     Ok(Box::new(move |bus, event| report::passes(&filter, bus, event)))
 }
 
@@ -74,7 +87,6 @@ pub(super) fn judge(text: &str) -> Result<report::Judge, Failure> {
 struct Printer {
     rows: Rows,
     output: Output,
-    derived: bool,
 }
 
 impl Sink for Printer {
@@ -83,9 +95,6 @@ impl Sink for Printer {
     }
 
     fn event(&mut self, bus: &str, event: &Event<'_>) {
-        if let Event::Reading { reading, .. } = event {
-            self.derived |= reading.derived;
-        }
         self.rows.event(bus, event, &mut self.output.buffer);
     }
 

@@ -38,7 +38,7 @@ pub(super) fn run(args: &cli::Demo, verbose: bool) -> Result<(), Failure> {
         readings: false,
     };
     let pipeline = Pipeline::new(options, devices, profiles.shapes());
-    let mut info = Info::default();
+    let mut info = Info::new(&profiles);
     info.begin(BUS, config.line);
     let mut demo = Stage { pipeline, rows, info, output };
     message::note("a simulated installation: one master, three sensors, and faults; nothing is connected");

@@ -29,7 +29,7 @@ pub(super) fn run(args: &cli::Export) -> Result<(), Failure> {
         return write_mcap(args, &profiles);
     }
     let mut exporter = Exporter {
-        writer: Writer::new(args, kind)?,
+        writer: Writer::new(args, kind, &profiles)?,
         output: Output::later(&args.output),
         begun: false,
         is_hex: kind == ExportKind::Hex,
@@ -58,7 +58,7 @@ fn write_mcap(args: &cli::Export, profiles: &Arc<Profiles>) -> Result<(), Failur
         attachments.push((format!("profiles/{id}.toml"), "application/toml".to_owned(), text));
     }
     let session_id = session_id(&args.bus.inputs[0]); // there is one at least
-    let judge = args.filter.as_deref().map(judge).transpose()?;
+    let judge = args.filter.as_deref().map(|text| judge(text, profiles)).transpose()?;
     let mut scribe = Scribe::create(&args.output, Options { session_id, attachments, ..Options::default() })?;
     if let Some(judge) = judge {
         scribe = scribe.with_filter(judge);
@@ -171,7 +171,7 @@ impl Sink for Exporter {
 
     fn event(&mut self, bus: &str, event: &Event<'_>) {
         if let Event::Reading { reading, .. } = event {
-            self.derived |= reading.derived;
+            self.derived |= reading.needs_environment();
         }
         self.writer.event(bus, event, &mut self.output.buffer);
     }

@@ -13,7 +13,7 @@ use crate::report::info::{Info, Recording};
 /// Runs the command.
 pub(super) fn run(args: &cli::Info) -> Result<(), Failure> {
     let profiles = bus::profiles(&args.bus.profiles, &args.bus.inputs)?;
-    let mut info = Info::default();
+    let mut info = Info::new(&profiles);
     let mut recordings = Vec::new();
     let result = bus::read(&args.bus, &profiles, Wanted::default(), &mut info, |facts| {
         recordings.push(recording(facts));

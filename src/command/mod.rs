@@ -42,8 +42,12 @@ fn run_command(cli: &mut Cli) -> Result<(), Failure> {
     match &cli.command {
         Command::Completions(args) => return completions::run(args),
         Command::Man => return man::run(),
-        _ => Config::load(cli.config.as_deref())?.complete(&mut cli.command),
+        Command::Decode(args) => bus::check(&args.bus)?,
+        Command::Info(args) => bus::check(&args.bus)?,
+        Command::Export(args) => bus::check(&args.bus)?,
+        _ => {}
     }
+    Config::load(cli.config.as_deref())?.complete(&mut cli.command);
     match &cli.command {
         Command::Decode(args) => decode::run(args, cli.verbose),
         Command::Info(args) => info::run(args),

@@ -75,16 +75,23 @@ pub(super) struct Session<'a> {
     setup: &'a Setup,
     ids: (u64, u64),
     buses: Vec<Bus>,
+    /// How many frames came out.
+    frames: u64,
 }
 
 impl<'a> Session<'a> {
     pub(super) fn new(setup: &'a Setup) -> Self {
-        Session { setup, ids: (0, 0), buses: Vec::new() }
+        Session { setup, ids: (0, 0), buses: Vec::new(), frames: 0 }
     }
 
     /// Returns the line settings that override those of inputs.
     pub(super) fn line(&self) -> Option<LineSettings> {
         self.setup.line
+    }
+
+    /// Returns how many frames came out so far.
+    pub(super) fn frames(&self) -> u64 {
+        self.frames
     }
 
     /// Tells whether a bus has begun.
@@ -193,6 +200,7 @@ impl<'a> Session<'a> {
         pipeline.set_next_ids(self.ids);
         act(pipeline);
         while let Some(event) = pipeline.poll_event() {
+            self.frames += u64::from(matches!(event, Event::Frame(_)));
             sink.event(&settings.name, &event);
         }
         self.ids = pipeline.next_ids();

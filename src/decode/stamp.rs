@@ -251,8 +251,12 @@ impl Stamper {
     pub fn gap_before(&self, offset: u64) -> Option<Span> {
         let before = self.byte(offset.checked_sub(1)?)?;
         let after = self.byte(offset)?;
-        let least = if self.hold_known { after.earliest - before.latest - self.character_ns } else { 0 };
-        let most = after.latest - before.certain - self.character_ns;
+        let least = if self.hold_known {
+            (after.earliest - before.latest).saturating_sub(self.character_ns)
+        } else {
+            0
+        };
+        let most = (after.latest - before.certain).saturating_sub(self.character_ns);
         Some(Span { least: least.max(0), most: most.max(0) })
     }
 
@@ -264,7 +268,7 @@ impl Stamper {
         match before.zip(self.find(offset).filter(|read| read.timed)) {
             Some((before, read)) => {
                 let latest = read.read - self.run_ns(read.offset + read.length - 1 - offset);
-                latest - before.certain - self.character_ns >= gap_ns
+                (latest - before.certain).saturating_sub(self.character_ns) >= gap_ns
             }
             None => self.find(offset).is_none_or(|read| {
                 // Bytes of one untimed line belong together; raw bytes tell nothing.

@@ -23,7 +23,7 @@ impl Order {
     pub(super) fn name_non_finite(self, bytes: &[u8]) -> &'static str {
         match f32::from_bits(unsigned(bytes, self)) {
             number if number.is_nan() => "not a number",
-            number if number < 0.0 => "minus infinite",
+            number if number < 0.0 => "minus infinity",
             _ => "infinite",
         }
     }

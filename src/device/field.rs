@@ -196,6 +196,11 @@ impl Reading<'_> {
             Origin::Formula { doubtful, .. } => doubtful.is_some(),
         }
     }
+
+    /// Tells whether it was calculated with salinity and air pressure.
+    pub fn needs_environment(&self) -> bool {
+        matches!(&self.origin, Origin::Formula { formula, .. } if formula.needs_environment())
+    }
 }
 
 impl fmt::Display for Reading<'_> {

@@ -24,6 +24,8 @@ use crate::section::nearest;
 pub struct Identified {
     /// The unit address.
     pub address: u8,
+    /// The address that the device gave up for this one.
+    pub moved_from: Option<u8>,
     /// The id of the profile.
     pub device: Arc<str>,
     /// The serial number, once it was read.
@@ -130,13 +132,14 @@ impl Devices {
         let before = Some(&identified.evidence).filter(|before| !before.is_empty());
         let before = before.map(|before| format!(" (there by {before})")).unwrap_or_default();
         let evidence = format!("its move from address {}{before}", t.address);
-        Some(Identified { evidence, ..identified })
+        Some(Identified { evidence, moved_from: Some(t.address), ..identified })
     }
 
     fn identified(&self, address: u8, t: &Transaction<'_>) -> Option<Identified> {
         let known = &self.known[usize::from(address)];
         Some(Identified {
             address,
+            moved_from: None,
             device: Arc::clone(self.profiles.id(known.device()?)?),
             serial_number: known.serial_number().map(str::to_owned),
             evidence: known.evidence.to_string(),

@@ -7,6 +7,26 @@ use super::{Clock, Format, Show, json};
 use crate::device::Value;
 use crate::pipeline::Event;
 
+/// The keys of a finding, in order.
+const FINDING_KEYS: &[&str] = &[
+    "type",
+    "bus",
+    "t_ns",
+    "code",
+    "name",
+    "severity",
+    "party",
+    "address",
+    "frames",
+    "span",
+    "count",
+    "first_ns",
+    "last_ns",
+    "message",
+    "help",
+    "reference",
+];
+
 /// Writes comma-separated values (RFC 4180) of one kind of row.
 pub struct Csv {
     keys: Vec<&'static str>,
@@ -30,6 +50,7 @@ impl Csv {
             ],
             Show::Transactions => &[columns::transaction::KEYS],
             Show::Readings => &[columns::reading::KEYS],
+            Show::Findings => &[FINDING_KEYS],
             Show::Devices => &[columns::identified::KEYS],
         };
         for key in kinds.iter().copied().flatten() {

@@ -8,6 +8,7 @@ use serde::Serialize;
 use super::Clock;
 use crate::decode::frame::Place;
 use crate::decode::transaction::Outcome;
+use crate::device::Profiles;
 use crate::line::LineSettings;
 use crate::pipeline::Event;
 use crate::time::{SECOND, Timestamp};
@@ -30,6 +31,8 @@ pub struct Info {
     busy_ns: i64,
     /// What recordings in MCAP say of themselves.
     pub recordings: Vec<Recording>,
+    /// At these every device answers: no device of its own.
+    service_addresses: Vec<u8>,
 }
 
 /// Is a bus of an input, read with the same settings throughout.
@@ -69,6 +72,8 @@ struct Unit {
     serial_number: Option<String>,
     evidence: Option<String>,
     frames: Vec<u64>,
+    /// The address that the device took instead.
+    moved_to: Option<u8>,
 }
 
 #[derive(Serialize)]
@@ -80,6 +85,7 @@ struct DeviceRow<'a> {
     evidence: Option<&'a str>,
     frames: &'a [u64],
     answers: u64,
+    moved_to: Option<u8>,
 }
 
 #[derive(Serialize)]
@@ -100,6 +106,12 @@ struct Summary<'a> {
 }
 
 impl Info {
+    /// Makes a summary of nothing yet; the profiles say at which addresses every device answers.
+    pub fn new(profiles: &Profiles) -> Self {
+        let service_addresses = profiles.iter().filter_map(|profile| profile.service_address).collect();
+        Info { service_addresses, ..Info::default() }
+    }
+
     /// Begins a bus of an input with these line settings.
     pub fn begin(&mut self, bus: &str, line: LineSettings) {
         self.inputs.push(Stretch { bus: bus.to_owned(), line, span: None });
@@ -124,10 +136,15 @@ impl Info {
                 unit.serial_number.clone_from(&identified.serial_number);
                 unit.evidence = Some(identified.evidence.clone());
                 unit.frames.clone_from(&identified.frames);
+                unit.moved_to = None;
+                if let Some(from) = identified.moved_from {
+                    self.unit(bus, from).moved_to = Some(identified.address);
+                }
             }
             Event::Transaction { transaction, .. } => {
                 self.outcomes[transaction.outcome as usize] += 1;
-                if transaction.response.is_some_and(|side| !side.damaged) {
+                let is_service = self.service_addresses.contains(&transaction.address);
+                if !is_service && transaction.response.is_some_and(|side| !side.damaged) {
                     self.unit(bus, transaction.address).answers += 1;
                 }
             }
@@ -194,6 +211,7 @@ impl Info {
             evidence: unit.evidence.as_deref(),
             frames: &unit.frames,
             answers: unit.answers,
+            moved_to: unit.moved_to,
         });
         let count = |outcome: Outcome| self.outcomes[outcome as usize];
         let summary = Summary {
@@ -246,8 +264,9 @@ impl Info {
         }
         writeln!(out, "frames        {}", self.frames)?;
         let share = self.damaged_bytes as f64 / self.bytes.max(1) as f64 * 100.0;
-        let runs = if self.damaged == 1 { "run" } else { "runs" };
-        writeln!(out, "damaged       {} {runs}, {} bytes, {share:.2} %", self.damaged, self.damaged_bytes)?;
+        let (runs, bytes) = (plural(self.damaged), plural(self.damaged_bytes));
+        let (damaged, damaged_bytes) = (self.damaged, self.damaged_bytes);
+        writeln!(out, "damaged       {damaged} run{runs}, {damaged_bytes} byte{bytes}, {share:.2} %")?;
         writeln!(out, "transactions  {}", self.transactions())?;
         for outcome in Outcome::ALL {
             let count = self.outcomes[outcome as usize];
@@ -256,14 +275,24 @@ impl Info {
                 writeln!(out, "  {:<14}{count:>8} {share:>6.2} %", outcome.name())?;
             }
         }
-        writeln!(out, "devices       {}", self.units().count())?;
+        writeln!(
+            out,
+            "devices       {}",
+            self.units().filter(|(_, _, unit)| unit.moved_to.is_none()).count()
+        )?;
         for (_, address, unit) in self.units() {
             let device = unit.device.as_deref().unwrap_or("not recognised");
             let serial = unit.serial_number.as_deref().unwrap_or("-");
-            write!(out, "  {address:>3}  {device:<24} {serial:<13}{:>8} answers", unit.answers)?;
-            match &unit.evidence {
-                Some(evidence) => writeln!(out, "  by {evidence}")?,
-                None => writeln!(out)?,
+            write!(
+                out,
+                "  {address:>3}  {device:<24} {serial:<13}{:>8} answer{}",
+                unit.answers,
+                plural(unit.answers)
+            )?;
+            match (unit.moved_to, &unit.evidence) {
+                (Some(to), _) => writeln!(out, "  moved to {to}")?,
+                (None, Some(evidence)) => writeln!(out, "  by {evidence}")?,
+                (None, None) => writeln!(out)?,
             }
         }
         Ok(())
@@ -289,6 +318,11 @@ impl fmt::Display for Recording {
         }
         Ok(())
     }
+}
+
+/// Returns what a noun ends in behind a count.
+fn plural(count: u64) -> &'static str {
+    if count == 1 { "" } else { "s" }
 }
 
 /// Writes a length of time for people, in the two largest units that matter.

@@ -14,6 +14,8 @@ pub enum Show {
     Transactions,
     /// Readings.
     Readings,
+    /// Findings; there is no rule yet that makes one.
+    Findings,
     /// Identifications alone.
     Devices,
 }
@@ -67,6 +69,7 @@ pub struct Rows {
     passing: Passing,
     gate: Gate,
     row: Vec<u8>,
+    says_environment: bool,
 }
 
 impl Rows {
@@ -80,6 +83,7 @@ impl Rows {
             passing: Passing::new(judge),
             gate: Gate::default(),
             row: Vec::new(),
+            says_environment: false,
         }
     }
 
@@ -99,6 +103,7 @@ impl Rows {
         let is_shown = self.show.iter().any(|show| show.includes(event));
         if !self.is_filtered {
             if is_shown {
+                self.note_environment(event);
                 self.format.row(bus, event, out);
             }
             return;
@@ -117,7 +122,9 @@ impl Rows {
             }
             Event::Reading { .. } | Event::Lost(_) | Event::Identified { .. } => Verdict::Settled(passes),
         };
-        if is_shown {
+        // What does not pass is not written either: its guesses would be hinted at.
+        if is_shown && verdict != Verdict::Settled(false) {
+            self.note_environment(event);
             self.row.clear();
             self.format.row(bus, event, &mut self.row);
             self.gate.push(&self.row, verdict);
@@ -127,6 +134,17 @@ impl Rows {
     /// Appends what can be shown once every frame before `settled_frame` has its transaction or none.
     pub fn settle(&mut self, settled_frame: u64, out: &mut Vec<u8>) {
         self.gate.release(settled_frame, out);
+    }
+
+    fn note_environment(&mut self, event: &Event<'_>) {
+        if let Event::Reading { reading, .. } = event {
+            self.says_environment |= reading.needs_environment();
+        }
+    }
+
+    /// Tells whether a reading was shown that depends on salinity and air pressure.
+    pub fn needs_environment(&self) -> bool {
+        self.says_environment
     }
 
     /// Returns a reading that was shown though it is only the likeliest, if there was one.

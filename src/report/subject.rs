@@ -196,7 +196,10 @@ impl Subject for EventSubject<'_> {
         match self.event {
             Event::Transaction { meaning, .. } => {
                 let mut named = meaning.fields().filter(|field| field.name == name);
+                let mut derived =
+                    meaning.readings().filter(|reading| reading.derived && reading.quantity == name);
                 named.any(|field| any(&field.value, field.to_string()))
+                    || derived.any(|reading| any(&reading.value, reading.to_string()))
             }
             Event::Reading { reading, .. } => {
                 reading.quantity == name && any(&reading.value, reading.to_string())

@@ -28,6 +28,7 @@ fn an_input_that_cannot_be_read_is_named() {
         refuses(&[command, &path("missing")], b"", "missing': No such file");
         refuses(&[command, &path("")], b"", "it is a directory");
         refuses(&[command, &path("mcap")], b"", "no recording of a bus");
+        refuses(&[command, "-", "--input-format", "mcap"], b"01", "no recording of a bus");
         refuses(&[command, "-"], b"", "'standard input' is empty");
         refuses(&[command, "-", "--input-format", "raw"], b"", "'standard input' is empty");
     }
@@ -48,6 +49,17 @@ fn hex_text_that_is_none_is_refused_with_line_and_column() {
 }
 
 #[test]
+fn hex_text_with_a_slip_is_not_taken_for_raw_bytes() {
+    for (text, place) in [
+        ("2026-01-01T00:00:00.5 01 03\n", "line 1, column 22: the time has neither"),
+        ("01 03\n2026-02-30T00:00:00Z 01 03\n", "line 2, column 9: the month has no such day"),
+        ("01 03 2 00 # short\n", "line 1, column 7: '2' is half a byte"),
+    ] {
+        refuses(&["decode", "-"], text.as_bytes(), place);
+    }
+}
+
+#[test]
 fn rubbish_is_decoded_as_damage_and_text_that_is_no_hex_text_is_said() {
     let rows = stdout(&["decode", "-", "--show", "frames", "--format", "json"], &[0xFE; 300]);
     assert!(
@@ -56,6 +68,19 @@ fn rubbish_is_decoded_as_damage_and_text_that_is_no_hex_text_is_said() {
     );
     let warned = predicate::str::contains("warning: ").and(predicate::str::contains("line 1, column 1"));
     rtutap(&["decode", "-"]).write_stdin("hello world\n").assert().success().stderr(warned);
+}
+
+#[test]
+fn many_bytes_without_a_frame_are_warned_of() {
+    let part = || {
+        predicate::str::contains("warning: no frame in 1001 bytes of 'standard input'")
+            .and(predicate::str::contains("--line"))
+    };
+    for command in ["decode", "info"] {
+        rtutap(&[command, "-"]).write_stdin(vec![0xFE; 1001]).assert().success().stderr(part());
+        let few = rtutap(&[command, "-"]).write_stdin(vec![0xFE; 1000]).assert().success();
+        few.stderr(predicate::str::contains("warning").not());
+    }
 }
 
 #[test]
@@ -95,6 +120,22 @@ fn a_leap_of_a_year_is_legal_and_said_by_nobody() {
     let text = "# line 9600-8N1\n2026-01-01T00:00:00Z 01 03 26 00 00 04 4F 41\n2027-01-01T00:00:00Z 01 03 26 00 00 04 4F 41\n";
     rtutap(&["decode", "-"]).write_stdin(text).assert().success().stderr("");
     assert!(stdout(&["info", "-"], text.as_bytes()).contains("(365 d 0 h)"));
+}
+
+#[test]
+fn neither_a_service_address_nor_one_that_was_given_up_counts_as_a_device() {
+    let text = "3.0 01 10 30 00 00 01 02 14 00 99 53\n3.1 01 10 30 00 00 01 0e c9\n\
+                6.0 ff 03 30 00 00 01 9e d4\n6.1 ff 03 02 14 00 9e 90\n";
+    let told = stdout(&["info", "-", "--device", "1=yosemitech-do"], text.as_bytes());
+    let devices: Vec<&str> = told.lines().skip_while(|line| !line.starts_with("devices")).collect();
+    let [count, old, new] = devices[..] else { panic!("{told}") };
+    assert!(count.ends_with(" 1") && old.ends_with("moved to 20") && new.contains("yosemitech-do"), "{told}");
+}
+
+#[test]
+fn one_of_a_kind_is_told_in_the_singular() {
+    let told = stdout(&["info", "-"], b"01 03 26 00 00 04 4F 41 99\n");
+    assert!(told.contains("1 run, 1 byte, "), "{told}");
 }
 
 #[test]
@@ -143,6 +184,32 @@ fn a_profile_with_problems_is_refused_with_their_places() {
     let path = path.to_str().expect("UTF-8");
     refuses(&["profiles", "check", path], b"", "bad.toml:1:");
     refuses(&["decode", "-", "--profile", path], FRAME.as_bytes(), "bad.toml:1:");
+}
+
+#[test]
+fn a_command_line_that_contradicts_itself_is_refused_before_any_output() {
+    let devices = ["decode", "-", "--device", "1=yosemitech-do", "--device", "1=yosemitech-sonde"];
+    refuses(&devices, FRAME.as_bytes(), "1 is yosemitech-do and that it is yosemitech-sonde");
+    refuses(&["decode", "-", "-"], FRAME.as_bytes(), "'-' was given twice");
+    refuses(&["decode", "-", "missing", "--format", "csv"], FRAME.as_bytes(), "missing");
+}
+
+#[test]
+fn errors_hint_at_their_mend() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let binary = directory.path().join("binary");
+    std::fs::write(&binary, [0xFF; 9]).expect("written");
+    let [directory, binary] = [directory.path(), &binary].map(|path| path.to_str().expect("UTF-8"));
+    for (args, part) in [
+        (&["decode", "-", "--profile", "nofile.toml"][..], "hint: check the path"),
+        (&["profiles", "check", "nofile"], "hint: check the path"),
+        (&["profiles", "check", directory], "hint: name a TOML file in it"),
+        (&["profiles", "check", binary], "hint: a profile is a TOML file"),
+        (&["decode", "-", "--filter", "addr=1"], "found '='\nhint: write '==' to compare\n"),
+        (&["simulate", "-o", "-", "--seed", "-1"], "not a whole number from 0 to 18446744073709551615"),
+    ] {
+        rtutap(args).write_stdin(FRAME).assert().code(2).stderr(predicate::str::contains(part));
+    }
 }
 
 #[test]

@@ -63,6 +63,38 @@ fn frames_and_damaged_runs_in_order_give_back_the_bytes() {
 }
 
 #[test]
+fn filters_see_derived_values_and_unknown_names_are_warned_of() {
+    let text = stdout(&["simulate", "-o", "-", "--frames", "200"], b"");
+    let decode = ["decode", "-", "--device", "1=yosemitech-do", "--filter"];
+    assert!(!stdout(&[&decode[..], &["do_mg_l > 0.1"]].concat(), text.as_bytes()).is_empty());
+    let warned =
+        rtutap(&["decode", "-", "--filter", "temprature > 1"]).write_stdin("01 03").assert().success();
+    warned.stderr(predicates::str::contains(
+        "warning: --filter: no profile has a field 'temprature'; did you mean 'temperature'?",
+    ));
+}
+
+#[test]
+fn findings_can_be_asked_for() {
+    for format in ["text", "json"] {
+        assert_eq!(stdout(&["decode", "-", "--show", "findings", "--format", format], b"01 03"), "");
+    }
+}
+
+#[test]
+fn notes_and_hints_are_about_rows_that_were_printed() {
+    let text = stdout(&["simulate", "-o", "-", "--frames", "60"], b"");
+    let csv = ["decode", "-", "--show", "readings", "--format", "csv"];
+    let said = |args: &[&str]| {
+        let output = rtutap(args).write_stdin(&*text).assert().success().get_output().stderr.clone();
+        String::from_utf8(output).expect("UTF-8")
+    };
+    assert!(said(&csv).contains("salinity"));
+    assert_eq!(said(&[&csv[..], &["--filter", "addr == 99"]].concat()), "");
+    assert_eq!(said(&["decode", "-", "--filter", "addr == 99"]), "");
+}
+
+#[test]
 fn every_row_has_its_keys_in_order() {
     let (text, _) = bad_bus();
     let installation = stdout(&["simulate", "-o", "-", "--frames", "60"], b"");

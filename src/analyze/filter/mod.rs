@@ -58,6 +58,11 @@ impl Filter {
         matching::holds(&self.root, subject)
     }
 
+    /// Returns the names that mean something whatever the profiles.
+    pub fn known_names() -> impl Iterator<Item = &'static str> {
+        keys::NAMES.iter().map(|(name, _)| *name)
+    }
+
     /// Returns the names of decoded fields that the filter asks for, in its order, for a warning about those
     /// that no profile has.
     pub fn field_names(&self) -> Vec<&str> {

@@ -10,6 +10,7 @@ use super::super::session::Origin;
 use crate::capture::hex_heading;
 use crate::cli::{self, ExportKind, LinkKind};
 use crate::decode::chunk::{Chunk, Lost};
+use crate::device::Profiles;
 use crate::pipeline::Event;
 use crate::report::hex::Hex;
 #[cfg(feature = "parquet")]
@@ -37,8 +38,8 @@ pub(super) enum Writer {
 
 impl Writer {
     /// Makes the writer of a format.
-    pub(super) fn new(args: &cli::Export, kind: ExportKind) -> Result<Writer, Failure> {
-        let judge = args.filter.as_deref().map(judge).transpose()?;
+    pub(super) fn new(args: &cli::Export, kind: ExportKind, profiles: &Profiles) -> Result<Writer, Failure> {
+        let judge = args.filter.as_deref().map(|text| judge(text, profiles)).transpose()?;
         let clock = Clock::new(args.time.unwrap_or_default().into());
         let mut show: Vec<Show> = args.show.iter().copied().map(Show::from).collect();
         show.dedup();

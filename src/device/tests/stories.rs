@@ -9,6 +9,7 @@ fn a_serial_number_names_the_device_within_its_own_transaction() {
     assert_eq!(
         identified,
         Some(Identified {
+            moved_from: None,
             address: 1,
             device: DO.into(),
             serial_number: Some("YL0114010022".into()),

@@ -87,7 +87,7 @@ fn salinity_and_pressure_reach_the_formula_and_its_text() {
 #[test]
 fn a_value_of_null_is_a_reading_from_which_nothing_follows() {
     for (bytes, text) in
-        [("0000c07f", "not a number"), ("0000807f", "infinite"), ("000080ff", "minus infinite")]
+        [("0000c07f", "not a number"), ("0000807f", "infinite"), ("000080ff", "minus infinity")]
     {
         let told = assigned(DO, answered("01 03 2600 0004", &format!("01 03 08 00008d41 {bytes}")));
         assert_eq!(told.readings, ["temperature 17.625 °C".into(), format!("do_saturation {text}")]);
