@@ -38,4 +38,5 @@ pub mod pipeline;
 pub mod report;
 pub mod section;
 pub mod simulate;
+pub mod source;
 pub mod time;
