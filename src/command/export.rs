@@ -17,8 +17,7 @@ use crate::capture::mcap::Options;
 use crate::cli::{self, ExportKind};
 use crate::device::Profiles;
 use crate::pipeline::Event;
-use crate::report::redact::REMARK;
-use writer::Writer;
+use writer::{Writer, remarks};
 
 /// Runs the command.
 pub(super) fn run(args: &cli::Export) -> Result<(), Failure> {
@@ -50,21 +49,18 @@ pub(super) fn run(args: &cli::Export) -> Result<(), Failure> {
 
 /// Writes a recording in MCAP, with the profiles given in it.
 fn write_mcap(args: &cli::Export, profiles: &Arc<Profiles>) -> Result<(), Failure> {
-    let mut attachments = Vec::new();
-    for file in &args.bus.profiles {
-        let id = bus::profile(file)?.id;
-        #[expect(clippy::disallowed_methods, reason = "profiles are files")]
-        let text = std::fs::read(file).map_err(|error| Failure::reading(file, &error))?;
-        attachments.push((format!("profiles/{id}.toml"), "application/toml".to_owned(), text));
-    }
+    let attachments = bus::attachments(&args.bus)?;
     let session_id = session_id(&args.bus.inputs[0]); // there is one at least
     let judge = args.filter.as_deref().map(|text| judge(text, profiles)).transpose()?;
-    let mut scribe = Scribe::create(&args.output, Options { session_id, attachments, ..Options::default() })?;
+    let anchor = bus::anchor(&args.bus.inputs);
+    let options = Options { session_id, anchor, attachments, ..Options::default() };
+    let mut scribe = Scribe::create(&args.output, options)?;
     if let Some(judge) = judge {
         scribe = scribe.with_filter(judge);
     }
-    if args.redact {
-        scribe = scribe.with_remark(REMARK);
+    if args.redact || args.filter.is_some() {
+        let decoded = if args.filter.is_some() { "decoded messages: " } else { "" };
+        scribe = scribe.with_remark(format!("{decoded}{}", remarks(args).join("; ")));
     }
     let wanted =
         Wanted { readings: true, redacted: args.redact, raw_only: args.raw_only, ..Wanted::default() };

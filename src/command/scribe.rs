@@ -18,7 +18,7 @@ pub(super) struct Scribe {
     channels: HashMap<String, ChannelId>,
     passing: Passing,
     /// What is said about each bus.
-    remark: Option<&'static str>,
+    remark: Option<String>,
     trouble: Option<RecordError>,
 }
 
@@ -49,7 +49,7 @@ impl Scribe {
     }
 
     /// Says something about each bus beside its settings.
-    pub(super) fn with_remark(mut self, remark: &'static str) -> Self {
+    pub(super) fn with_remark(mut self, remark: String) -> Self {
         self.remark = Some(remark);
         self
     }
@@ -92,7 +92,7 @@ impl Scribe {
 impl Sink for Scribe {
     fn begin(&mut self, origin: &Origin) -> Result<(), Failure> {
         let mut settings = origin.settings.clone();
-        settings.facts.extend(self.remark.map(|remark| ("remark".to_owned(), remark.to_owned())));
+        settings.facts.extend(self.remark.iter().map(|remark| ("remark".to_owned(), remark.clone())));
         match self.buses.iter().find(|bus| bus.name == settings.name) {
             Some(bus) => self.recorder.set_line(bus.id, settings)?,
             None => {

@@ -8,6 +8,7 @@ use std::io::{self, Read, Seek, SeekFrom};
 use super::index::{Index, Plan};
 use super::messages::{Content, Damage, Messages};
 use super::state::{Bus, State};
+use super::time::Anchor;
 use crate::capture::Item;
 use crate::decode::chunk::{Lost, LostKind};
 use crate::time::Timestamp;
@@ -241,11 +242,7 @@ impl Recording {
         }
         match self.messages.next()? {
             Content::Message { head, payload } => self.state.message(head, payload),
-            Content::Channel(_) => {
-                for channel in self.messages.channels.values() {
-                    self.state.channel(channel, &self.messages.schemas);
-                }
-            }
+            Content::Channel(_) => self.state.channels(&self.messages.channels, &self.messages.schemas),
             Content::Metadata(metadata) => self.state.metadata(&metadata),
             Content::Attachment { .. } => {}
             Content::Damage(damage) => self.state.damage(damage),
@@ -271,6 +268,8 @@ impl Recording {
 pub struct Preface {
     /// The session it is a part of.
     pub session: Option<Session>,
+    /// Ties its times to a monotonic clock, where it begins with that.
+    pub anchor: Option<Anchor>,
     /// The files kept in it: name and content.
     pub attachments: Vec<(String, Vec<u8>)>,
 }
@@ -289,12 +288,13 @@ impl Preface {
                 Content::Metadata(metadata) => state.metadata(&metadata),
                 Content::Attachment { name, data, .. } => preface.attachments.push((name, data)),
                 Content::Channel(channel) if channel.topic.ends_with("/raw") => break,
-                Content::Channel(_) | Content::Message { .. } => {}
+                Content::Channel(_) => state.channels(&messages.channels, &messages.schemas),
+                Content::Message { head, payload } => state.message(head, payload),
                 // What is damaged at its beginning has none.
                 Content::Damage(_) | Content::Index | Content::End(_) => break,
             }
         }
-        preface.session = state.facts.session;
+        (preface.session, preface.anchor) = (state.facts.session, state.anchor);
         Ok(preface)
     }
 }

@@ -57,7 +57,7 @@ pub(super) struct State {
     buses: Vec<Bus>,
     /// Settings from metadata, for buses whose first message of settings is damaged.
     described: BTreeMap<String, BusSettings>,
-    anchor: Option<Anchor>,
+    pub(super) anchor: Option<Anchor>,
     bytes_total: Option<u64>,
     bytes_lost_before: u64,
     /// Bytes that damage to the file has taken.
@@ -73,6 +73,15 @@ pub(super) struct State {
 }
 
 impl State {
+    /// Learns what the channels of a file are.
+    pub(super) fn channels(
+        &mut self,
+        channels: &BTreeMap<u16, Channel>,
+        schemas: &BTreeMap<u16, SchemaRecord>,
+    ) {
+        channels.values().for_each(|channel| self.channel(channel, schemas));
+    }
+
     /// Learns what a channel is.
     pub(super) fn channel(&mut self, channel: &Channel, schemas: &BTreeMap<u16, SchemaRecord>) {
         let id = usize::from(channel.id);
