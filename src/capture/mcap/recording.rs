@@ -10,6 +10,7 @@ use super::messages::{Content, Damage, Messages};
 use super::state::{Bus, State};
 use super::time::Anchor;
 use crate::capture::Item;
+use crate::capture::origin::is_mcap;
 use crate::decode::chunk::{Lost, LostKind};
 use crate::time::Timestamp;
 
@@ -279,7 +280,14 @@ impl Preface {
     ///
     /// # Errors
     /// When the system cannot read it.
-    pub fn read(file: File) -> io::Result<Self> {
+    pub fn read(mut file: File) -> io::Result<Self> {
+        // What is something else is not searched for records.
+        let mut prefix = Vec::new();
+        (&mut file).take(::mcap::MAGIC.len() as u64).read_to_end(&mut prefix)?;
+        if !is_mcap(&prefix) {
+            return Ok(Preface::default());
+        }
+        file.rewind()?;
         let mut messages = Messages::new(file);
         let mut preface = Preface::default();
         let mut state = State::default();
