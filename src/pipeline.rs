@@ -87,6 +87,9 @@ enum Stage {
     Reading { next: usize, count: usize },
 }
 
+/// From how many bytes on it is worth looking which are still needed.
+const FORGET_FROM: usize = 512;
+
 /// Decodes one bus.
 pub struct Pipeline {
     framer: Framer,
@@ -143,7 +146,9 @@ impl Pipeline {
         } else {
             self.pump();
         }
-        self.forget();
+        if self.framer.store().length() >= FORGET_FROM {
+            self.forget();
+        }
         self.framer.push(chunk);
         self.received = self.received.saturating_add(chunk.bytes.len() as u64);
         if matches!(chunk.time, ReadTime::At(_)) {

@@ -241,8 +241,9 @@ impl State {
         if self.raw.merge(payload).is_err() {
             return self.bad_message(payload);
         }
-        let described = self.described.get(&self.buses[index].name);
-        if let Some(settings) = described.filter(|_| self.buses[index].settings.is_none()).cloned() {
+        if self.buses[index].settings.is_none()
+            && let Some(settings) = self.described.get(&self.buses[index].name).cloned()
+        {
             self.settings(index, settings);
         }
         let anchor = *self.anchor.get_or_insert_with(|| anchor_by_log_time(self.raw.monotonic_ns, head));
