@@ -4,6 +4,7 @@
 
 mod directive;
 mod error;
+mod hex_comment;
 mod hex_line;
 mod hex_text;
 mod instant;
@@ -25,6 +26,7 @@ use crate::decode::chunk::{Chunk, Lost};
 use crate::line::LineSettings;
 use crate::time::Timestamp;
 pub use error::InputError;
+pub use hex_comment::hex_lost;
 pub use hex_line::{hex_heading, hex_line};
 pub use hex_text::HexError;
 use hex_text::HexText;
@@ -191,7 +193,7 @@ impl Input {
         match &mut input.reader {
             Reader::Plain(reader) => match reader.advance() {
                 Ok(true) => {
-                    (input.ahead, input.has_bytes) = (true, true);
+                    input.ahead = true;
                     Ok(input)
                 }
                 Ok(false) => Err(InputError::Empty(input.name)),
@@ -257,7 +259,10 @@ impl Input {
     /// Returns the item gone on to.
     pub fn item(&self) -> Item<'_> {
         match &self.reader {
-            Reader::Plain(reader) => Item::Chunk { bus: BUS, chunk: reader.chunk(), ready: None },
+            Reader::Plain(reader) => match reader.lost() {
+                Some(lost) => Item::Lost { bus: BUS, lost },
+                None => Item::Chunk { bus: BUS, chunk: reader.chunk(), ready: None },
+            },
             Reader::Mcap(recording) => recording.item(),
         }
     }

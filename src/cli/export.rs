@@ -13,20 +13,21 @@ Formats, by the extension of FILE:
   .hex      the reads as hex text, a line each with its time: pastes into an issue, and decodes to the letter
   .csv      readings, or with --wide a row a poll and a column a quantity
   .jsonl    the rows of 'decode --format json': frames, transactions and readings
-  .pcapng   frames for Wireshark; 'Decode As' MBRTU shows requests and responses
+  .pcapng   frames for Wireshark; 'Decode As' MBRTU takes them apart, TX is the master, RX a device
   .parquet  readings or transactions in typed columns, where built with '--features parquet'
 
 With --filter, rows leave as from 'decode': a frame passes when its transaction does. Hex text keeps the
-bytes of the frames and damaged runs that pass, each with the time of its read.
+bytes of the frames and damaged runs that pass, each with the time of its read. MCAP keeps every byte, and
+beside them what passes.
 With --redact, serial numbers keep what tells the kind of device and have X for the rest, in bytes, values
-and text alike; CRCs are mended, and the file says so.
+and text alike; CRCs are mended, and the file says so. A filter then sees them blanked.
 
 Examples:
   rtutap export capture.hex -o readings.csv
   rtutap export capture.hex -o table.csv --wide --time utc
   rtutap export capture.hex -o issue.hex --filter 'outcome == damaged' --redact
   rtutap export capture.hex -o bus.pcapng
-  tshark -r bus.pcapng -d rtacser.data==0,mbrtu";
+  tshark -r bus.pcapng -d rtacser.data,mbrtu";
 
 /// Holds what `export` is asked for.
 #[derive(Debug, Args)]

@@ -1,6 +1,6 @@
 //! What `decode`, `info` and others share: from the inputs on the command line to a session's events.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -11,7 +11,7 @@ use super::failure::Failure;
 use super::message;
 use super::progress::Progress;
 use super::session::{Origin, Session, Setup, Sink};
-use crate::capture::mcap::{BusSettings, Facts, Preface, part_path};
+use crate::capture::mcap::{Anchor, BusSettings, Facts, Preface, part_path};
 use crate::capture::{BUS, Input, InputFormat, Item};
 use crate::cli;
 use crate::device::{Devices, Environment, Profile, Profiles};
@@ -19,6 +19,12 @@ use crate::line::LineSettings;
 
 /// How long to wait for a recording to grow before looking again.
 const PATIENCE: Duration = Duration::from_millis(100);
+
+/// What the names of profiles that are kept in a recording begin with.
+const ATTACHED_PROFILES: &str = "profiles/";
+
+/// After how many items that are there already rows are written.
+const PAUSE_AFTER: u32 = 64;
 
 /// More bytes than this without a single frame are worth a warning.
 const MANY_BYTES: usize = 1000;
@@ -48,7 +54,7 @@ pub(super) fn profiles(
     let mut profiles = Profiles::built_in();
     for path in inputs {
         let attached = preface(path.as_ref()).attachments;
-        let texts = attached.iter().filter(|(name, _)| name.starts_with("profiles/"));
+        let texts = attached.iter().filter(|(name, _)| name.starts_with(ATTACHED_PROFILES));
         for (name, text) in texts {
             let name = format!("{} of '{}'", name, path.as_ref().display());
             match Profile::from_toml(&String::from_utf8_lossy(text), &name) {
@@ -73,6 +79,25 @@ fn preface(path: &Path) -> Preface {
     #[expect(clippy::disallowed_methods, reason = "recordings are files")]
     let file = File::open(path);
     file.and_then(Preface::read).unwrap_or_default() // what is wrong with the file is said when it is read
+}
+
+/// Returns what ties the times of the inputs to a monotonic clock, where they say it.
+pub(super) fn anchor(inputs: &[PathBuf]) -> Option<Anchor> {
+    in_order(inputs).front().and_then(|path| preface(path).anchor)
+}
+
+/// Returns the profiles kept in the inputs and those given, as files to keep in a recording: name, type, content.
+pub(super) fn attachments(args: &cli::Bus) -> Result<Vec<(String, String, Vec<u8>)>, Failure> {
+    let kept = args.inputs.iter().flat_map(|path| preface(path).attachments);
+    let mut files: BTreeMap<String, Vec<u8>> =
+        kept.filter(|(name, _)| name.starts_with(ATTACHED_PROFILES)).collect();
+    for path in &args.profiles {
+        let id = profile(path)?.id;
+        #[expect(clippy::disallowed_methods, reason = "profiles are files")]
+        let text = std::fs::read(path).map_err(|error| Failure::reading(path, &error))?;
+        files.insert(format!("{ATTACHED_PROFILES}{id}.toml"), text);
+    }
+    Ok(files.into_iter().map(|(name, text)| (name, "application/toml".to_owned(), text)).collect())
 }
 
 /// Reads one profile.
@@ -265,7 +290,7 @@ fn read_input(
     sink: &mut impl Sink,
 ) -> Result<(), Failure> {
     let mut progress = Progress::new(wanted.prints);
-    let (mut bytes, frames) = (0, session.frames());
+    let (mut bytes, mut items, frames) = (0, 0_u32, session.frames());
     if input.facts().is_none() {
         let line = begin(input, BUS, session, sink)?;
         input.use_line(line);
@@ -283,19 +308,23 @@ fn read_input(
         if let Item::Chunk { chunk, .. } = item {
             bytes += chunk.bytes.len();
         }
-        if let Item::Chunk { bus, .. } | Item::Lost { bus, .. } = item
-            && !session.knows(bus)
+        if !session.take(&item, sink)?
+            && let Item::Chunk { bus, .. } | Item::Lost { bus, .. } = item
         {
             begin(input, bus, session, sink)?;
+            session.take(&item, sink)?;
         }
-        session.take(&item, sink)?;
         let waits = input.is_drained();
         if waits {
             progress.update(input);
         }
-        sink.pause(session.settled_frame_id(), waits)?;
+        items = items.wrapping_add(1);
+        if waits || items.is_multiple_of(PAUSE_AFTER) {
+            sink.pause(session.settled_frame_id(), waits)?;
+        }
     }
     progress.finish();
+    tracing::info!("read '{}': {bytes} bytes, {} frames", input.name(), session.frames() - frames);
     if wanted.decodes() && session.frames() == frames && bytes > MANY_BYTES {
         let name = input.name();
         message::warning(format_args!(

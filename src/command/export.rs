@@ -7,6 +7,7 @@ use std::sync::Arc;
 use std::time::UNIX_EPOCH;
 
 use super::bus::{self, Wanted};
+use super::decode::judge;
 use super::failure::Failure;
 use super::output::Output;
 use super::scribe::Scribe;
@@ -16,7 +17,7 @@ use crate::capture::mcap::Options;
 use crate::cli::{self, ExportKind};
 use crate::device::Profiles;
 use crate::pipeline::Event;
-use writer::Writer;
+use writer::{Writer, remarks};
 
 /// Runs the command.
 pub(super) fn run(args: &cli::Export) -> Result<(), Failure> {
@@ -48,15 +49,19 @@ pub(super) fn run(args: &cli::Export) -> Result<(), Failure> {
 
 /// Writes a recording in MCAP, with the profiles given in it.
 fn write_mcap(args: &cli::Export, profiles: &Arc<Profiles>) -> Result<(), Failure> {
-    let mut attachments = Vec::new();
-    for file in &args.bus.profiles {
-        let id = bus::profile(file)?.id;
-        #[expect(clippy::disallowed_methods, reason = "profiles are files")]
-        let text = std::fs::read(file).map_err(|error| Failure::reading(file, &error))?;
-        attachments.push((format!("profiles/{id}.toml"), "application/toml".to_owned(), text));
-    }
+    let attachments = bus::attachments(&args.bus)?;
     let session_id = session_id(&args.bus.inputs[0]); // there is one at least
-    let mut scribe = Scribe::create(&args.output, Options { session_id, attachments, ..Options::default() })?;
+    let judge = args.filter.as_deref().map(|text| judge(text, profiles)).transpose()?;
+    let anchor = bus::anchor(&args.bus.inputs);
+    let options = Options { session_id, anchor, attachments, ..Options::default() };
+    let mut scribe = Scribe::create(&args.output, options)?;
+    if let Some(judge) = judge {
+        scribe = scribe.with_filter(judge);
+    }
+    if args.redact || args.filter.is_some() {
+        let decoded = if args.filter.is_some() { "decoded messages: " } else { "" };
+        scribe = scribe.with_remark(format!("{decoded}{}", remarks(args).join("; ")));
+    }
     let wanted =
         Wanted { readings: true, redacted: args.redact, raw_only: args.raw_only, ..Wanted::default() };
     let result = bus::read(&args.bus, profiles, wanted, &mut scribe, |_| {});
@@ -99,10 +104,6 @@ fn check(args: &cli::Export, kind: ExportKind) -> Result<(), Failure> {
         return Err(Failure::hinted("--wide is for CSV", "name the output .csv"));
     }
     let keeps_reads = matches!(kind, ExportKind::Hex | ExportKind::Mcap);
-    if kind == ExportKind::Mcap && args.filter.is_some() {
-        let hint = "export to hex text, which keeps the bytes that pass";
-        return Err(Failure::hinted("--filter has nothing to leave out of a whole recording", hint));
-    }
     if args.raw_only && kind != ExportKind::Mcap {
         return Err(Failure::hinted("--raw-only is for MCAP", "name the output .mcap"));
     }
@@ -156,8 +157,10 @@ impl Sink for Exporter {
     }
 
     fn received(&mut self, item: &Item<'_>) -> Result<(), Failure> {
-        if let Item::Chunk { chunk, .. } = item {
-            self.writer.chunk(chunk, &mut self.output.buffer);
+        match item {
+            Item::Chunk { chunk, .. } => self.writer.chunk(chunk, &mut self.output.buffer),
+            Item::Lost { lost, .. } => self.writer.lost(lost, &mut self.output.buffer),
+            Item::Line { .. } => {}
         }
         Ok(())
     }

@@ -9,12 +9,16 @@ use crate::capture::Item;
 use crate::capture::mcap::{BusId, ChannelId, Options, RecordError, Recorder, Schema};
 use crate::pipeline::Event;
 use crate::report::mcap::{Message, Messages};
+use crate::report::{Judge, Passing};
 
 /// Writes what a session receives and decodes.
 pub(super) struct Scribe {
     recorder: Recorder,
     buses: Vec<Bus>,
     channels: HashMap<String, ChannelId>,
+    passing: Passing,
+    /// What is said about each bus.
+    remark: Option<String>,
     trouble: Option<RecordError>,
 }
 
@@ -28,7 +32,26 @@ impl Scribe {
     /// Begins a recording at `path`.
     pub(super) fn create(path: &Path, options: Options) -> Result<Self, Failure> {
         let recorder = Recorder::create(path, options)?;
-        Ok(Scribe { recorder, buses: Vec::new(), channels: HashMap::new(), trouble: None })
+        Ok(Scribe {
+            recorder,
+            buses: Vec::new(),
+            channels: HashMap::new(),
+            passing: Passing::new(None),
+            remark: None,
+            trouble: None,
+        })
+    }
+
+    /// Leaves out of what the bytes decode to whatever does not pass.
+    pub(super) fn with_filter(mut self, judge: Judge) -> Self {
+        self.passing = Passing::new(Some(judge));
+        self
+    }
+
+    /// Says something about each bus beside its settings.
+    pub(super) fn with_remark(mut self, remark: String) -> Self {
+        self.remark = Some(remark);
+        self
     }
 
     /// Ends the recording; returns the files it is in.
@@ -68,13 +91,14 @@ impl Scribe {
 
 impl Sink for Scribe {
     fn begin(&mut self, origin: &Origin) -> Result<(), Failure> {
-        let settings = &origin.settings;
+        let mut settings = origin.settings.clone();
+        settings.facts.extend(self.remark.iter().map(|remark| ("remark".to_owned(), remark.clone())));
         match self.buses.iter().find(|bus| bus.name == settings.name) {
-            Some(bus) => self.recorder.set_line(bus.id, settings.clone())?,
+            Some(bus) => self.recorder.set_line(bus.id, settings)?,
             None => {
-                let id = self.recorder.add_bus(settings.clone())?;
-                let messages = Messages::new(&settings.name);
-                self.buses.push(Bus { name: settings.name.clone(), id, messages });
+                let name = settings.name.clone();
+                let id = self.recorder.add_bus(settings)?;
+                self.buses.push(Bus { messages: Messages::new(&name), name, id });
             }
         }
         Ok(())
@@ -100,7 +124,10 @@ impl Sink for Scribe {
 
     fn event(&mut self, bus: &str, event: &Event<'_>) {
         let known = self.buses.iter_mut().find(|known| known.name == bus);
-        if let Some(message) = known.and_then(|bus| bus.messages.event(event)) {
+        let message = known.and_then(|bus| bus.messages.event(event));
+        if self.passing.passes(bus, event)
+            && let Some(message) = message
+        {
             let written = self.write(&message);
             self.trouble = self.trouble.take().or(written.err());
         }

@@ -8,7 +8,7 @@ use crate::capture::mcap::BusSettings;
 use crate::device::{Devices, Profiles};
 use crate::line::LineSettings;
 use crate::pipeline::{Event, Options, Pipeline};
-use crate::report::redact::Redactor;
+use crate::report::redact::{Redacted, Redactor};
 
 /// Receives what comes out of the inputs.
 pub(super) trait Sink {
@@ -23,7 +23,7 @@ pub(super) trait Sink {
     /// Takes an event.
     fn event(&mut self, bus: &str, event: &Event<'_>);
 
-    /// Comes after each chunk: frames before `settled_frame` have their transaction, or none;
+    /// Comes between chunks, now and then: frames before `settled_frame` have their transaction, or none;
     /// `waits` when the next chunk is not there yet.
     fn pause(&mut self, settled_frame: u64, waits: bool) -> Result<(), Failure>;
 }
@@ -94,11 +94,6 @@ impl<'a> Session<'a> {
         self.frames
     }
 
-    /// Tells whether a bus has begun.
-    pub(super) fn knows(&self, bus: &str) -> bool {
-        self.buses.iter().any(|known| known.settings.name == bus)
-    }
-
     /// Begins a bus; where it has begun and the settings are others, it is decoded afresh from here on.
     pub(super) fn begin(&mut self, origin: impl Into<Origin>, sink: &mut impl Sink) -> Result<(), Failure> {
         let mut origin = origin.into();
@@ -137,22 +132,26 @@ impl<'a> Session<'a> {
         Pipeline::new(options, self.setup.devices.clone(), self.setup.profiles.shapes())
     }
 
-    /// Takes in an item of a bus that has begun; of others only settings.
-    pub(super) fn take(&mut self, item: &Item<'_>, sink: &mut impl Sink) -> Result<(), Failure> {
+    /// Takes in an item of a bus that has begun; of others only settings. Tells whether it was taken in.
+    pub(super) fn take(&mut self, item: &Item<'_>, sink: &mut impl Sink) -> Result<bool, Failure> {
         let bus = match *item {
             Item::Line { bus, line, adapter_hold_ns } => {
                 let name = bus.to_owned();
                 let settings = BusSettings { name, line, adapter_hold_ns, ..BusSettings::default() };
-                return self.begin(settings, sink);
+                return self.begin(settings, sink).map(|()| true);
             }
             Item::Chunk { bus, .. } | Item::Lost { bus, .. } => bus,
         };
-        let Some(at) = self.buses.iter().position(|known| known.settings.name == bus) else { return Ok(()) };
-        if let (Some(redactor), Item::Chunk { chunk, .. }) = (&mut self.buses[at].redactor, item) {
-            redactor.push(chunk);
-            return self.take_redacted(at, sink);
+        let Some(at) = self.buses.iter().position(|known| known.settings.name == bus) else { return Ok(false) };
+        let Some(redactor) = &mut self.buses[at].redactor else {
+            return self.decode(at, item, sink).map(|()| true);
+        };
+        match item {
+            Item::Chunk { chunk, .. } => redactor.push(chunk),
+            Item::Lost { lost, .. } => redactor.push_lost(*lost),
+            Item::Line { .. } => {}
         }
-        self.decode(at, item, sink)
+        self.take_redacted(at, sink).map(|()| true)
     }
 
     /// Takes in the reads of a bus from which serial numbers have been blanked.
@@ -160,8 +159,12 @@ impl<'a> Session<'a> {
         let Some(mut redactor) = self.buses[at].redactor.take() else { return Ok(()) };
         let mut result = Ok(());
         let bus = self.buses[at].settings.name.clone();
-        while let Some(chunk) = redactor.pop() {
-            result = result.and(self.decode(at, &Item::Chunk { bus: &bus, chunk, ready: None }, sink));
+        while let Some(redacted) = redactor.pop() {
+            let item = match redacted {
+                Redacted::Chunk(chunk) => Item::Chunk { bus: &bus, chunk, ready: None },
+                Redacted::Lost(lost) => Item::Lost { bus: &bus, lost },
+            };
+            result = result.and(self.decode(at, &item, sink));
         }
         self.buses[at].redactor = Some(redactor);
         result

@@ -5,8 +5,8 @@ use std::ops::Range;
 
 use super::held::Held;
 use super::{Format, Judge, Rows, Show};
-use crate::capture::hex_line;
-use crate::decode::chunk::{Chunk, LineError, ReadTime};
+use crate::capture::{hex_line, hex_lost};
+use crate::decode::chunk::{Chunk, LineError, Lost, ReadTime};
 use crate::pipeline::Event;
 
 /// Turns reads into lines of hex text.
@@ -27,6 +27,14 @@ impl Hex {
         match &mut self.cut {
             Some(cut) => cut.held.push(chunk),
             None => line(chunk, out),
+        }
+    }
+
+    /// Takes that bytes were lost: a comment, unless only a part is written.
+    pub fn lost(&mut self, lost: &Lost, out: &mut Vec<u8>) {
+        if self.cut.is_none() {
+            out.extend_from_slice(hex_lost(lost).as_bytes());
+            out.push(b'\n');
         }
     }
 

@@ -5,11 +5,12 @@
 //! explains, such as an answer without its request. The CRC is changed by what the change does to it: a good
 //! frame stays good, a damaged one stays damaged in the same way.
 
+use std::collections::VecDeque;
 use std::ops::Range;
 use std::sync::Arc;
 
 use super::held::Held;
-use crate::decode::chunk::Chunk;
+use crate::decode::chunk::{Chunk, Lost};
 use crate::decode::crc;
 use crate::decode::frame::{Damaged, Frame, Place, Reason, Role};
 use crate::decode::transaction::{Side, Transaction};
@@ -32,20 +33,39 @@ pub struct Redactor {
     pipeline: Pipeline,
     profiles: Arc<Profiles>,
     held: Held,
+    /// What was lost, and after how many bytes.
+    losses: VecDeque<(u64, Lost)>,
+    taken: u64,
+    given: u64,
+}
+
+/// Is what comes out of a redactor.
+pub enum Redacted<'a> {
+    /// A read without its serial numbers.
+    Chunk(Chunk<'a>),
+    /// Bytes were lost here.
+    Lost(Lost),
 }
 
 impl Redactor {
     /// Makes a redactor that finds serial numbers by a pipeline of its own.
     pub fn new(pipeline: Pipeline, profiles: Arc<Profiles>) -> Self {
-        Redactor { pipeline, profiles, held: Held::default() }
+        let losses = VecDeque::new();
+        Redactor { pipeline, profiles, held: Held::default(), losses, taken: 0, given: 0 }
     }
 
     /// Takes a read.
     pub fn push(&mut self, chunk: &Chunk<'_>) {
         self.held.push(chunk);
+        self.taken += chunk.bytes.len() as u64;
         self.pipeline.handle_bytes(chunk);
         self.blank();
         self.held.settle(self.pipeline.settled_frame_id());
+    }
+
+    /// Takes note that bytes were lost after those taken so far.
+    pub fn push_lost(&mut self, lost: Lost) {
+        self.losses.push_back((self.taken, lost));
     }
 
     /// Takes note that the input has ended.
@@ -55,13 +75,18 @@ impl Redactor {
         self.held.settle_all();
     }
 
-    /// Returns the next read without its serial numbers, if one is ready.
-    pub fn pop(&mut self) -> Option<Chunk<'_>> {
-        self.held.pop().map(|(chunk, _)| chunk)
+    /// Returns what comes next, if it is ready.
+    pub fn pop(&mut self) -> Option<Redacted<'_>> {
+        if self.losses.front().is_some_and(|(after, _)| *after <= self.given) {
+            return self.losses.pop_front().map(|(_, lost)| Redacted::Lost(lost));
+        }
+        let (chunk, _) = self.held.pop()?;
+        self.given += chunk.bytes.len() as u64;
+        Some(Redacted::Chunk(chunk))
     }
 
     fn blank(&mut self) {
-        let Redactor { pipeline, profiles, held } = self;
+        let Redactor { pipeline, profiles, held, .. } = self;
         while let Some(event) = pipeline.poll_event() {
             match &event {
                 Event::Frame(Frame { place, .. })
@@ -162,5 +187,48 @@ fn change(offset: u64, length: usize, spans: &[Range<usize>], profiles: &Profile
         let after = crc::checksum(bytes.get(..body).unwrap_or_default());
         let mended = bytes.iter_mut().skip(body).zip((before ^ after).to_le_bytes());
         mended.for_each(|(byte, difference)| *byte ^= difference);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::decode::chunk::{LostKind, ReadTime};
+    use crate::device::{Devices, Environment};
+    use crate::line::LineSettings;
+    use crate::pipeline::Options;
+    use crate::time::{MILLISECOND, Timestamp};
+
+    #[test]
+    fn what_was_lost_stays_between_the_reads_where_it_was_lost() {
+        let profiles = Arc::new(Profiles::built_in());
+        let devices = Devices::new(Arc::clone(&profiles), Environment::default());
+        let options = Options {
+            line: LineSettings::default(),
+            adapter_hold_ns: None,
+            first_frame_id: 0,
+            first_transaction_id: 0,
+            readings: false,
+        };
+        let pipeline = Pipeline::new(options, devices, profiles.shapes());
+        let mut redactor = Redactor::new(pipeline, profiles);
+        let lost = Lost { time: None, stream_offset: 8, kind: LostKind::Queue, count: 3 };
+        let request = [0x01, 0x03, 0x26, 0x00, 0x00, 0x04, 0x4F, 0x41];
+        for at in [0, 1] {
+            let time = ReadTime::At(Timestamp::from_ns(at * 1000 * MILLISECOND));
+            redactor.push(&Chunk { time, bytes: &request, line_errors: &[] });
+            if at == 0 {
+                redactor.push_lost(lost);
+            }
+        }
+        redactor.finish();
+        let mut order = Vec::new();
+        while let Some(redacted) = redactor.pop() {
+            order.push(match redacted {
+                Redacted::Chunk(chunk) => Err(chunk.bytes.to_vec()),
+                Redacted::Lost(lost) => Ok(lost),
+            });
+        }
+        assert_eq!(order, [Err(request.to_vec()), Ok(lost), Err(request.to_vec())]);
     }
 }

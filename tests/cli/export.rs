@@ -39,14 +39,29 @@ fn rows(text: &str) -> Vec<Value> {
     text.lines().map(|line| serde_json::from_str(line).expect(line)).collect()
 }
 
+/// Says of two places in hex text that bytes were lost there.
+fn with_losses(hex: &str) -> String {
+    let mut lines: Vec<&str> = hex.lines().collect();
+    let time = |line: &str| line.split(' ').next().expect("a time").to_owned();
+    let (queue, gone) = (
+        format!("# lost 5 queue {}", time(lines[100])),
+        format!("# lost 0 source-gone {}", time(lines[200])),
+    );
+    lines.insert(201, &gone);
+    lines.insert(101, &queue);
+    lines.join("\n") + "\n"
+}
+
 #[test]
 fn hex_text_and_back_decodes_to_the_letter() {
-    for scenario in ["installation", "everything-bad"] {
-        let input = simulated(scenario);
+    for scenario in ["installation", "demo"] {
+        let input = with_losses(&simulated(scenario));
         let exported = export_text("hex", &["--adapter-hold", "1.5"], input.as_bytes());
         let hold: Vec<&str> = EVERYTHING.into_iter().chain(["--adapter-hold", "1.5"]).collect();
         let before = stdout(&hold, input.as_bytes());
         assert!(before.lines().count() > 500);
+        assert_eq!(before.matches("\"type\":\"lost\"").count(), 2);
+        assert_eq!(before.contains("\"kind\":\"parity-or-framing\""), scenario == "demo");
         assert_eq!(stdout(&EVERYTHING, exported.as_bytes()), before, "{scenario}");
     }
 }
@@ -182,13 +197,8 @@ const ANSWER: &str = "01 03 0E 00 59 4C 30 31 31 34 30 31 30 30 32 32 00 19 66";
 fn serial_numbers_are_blanked_in_damaged_unasked_and_headless_answers_too() {
     let redact = |input: &str| {
         let text = export_text("hex", &["--redact"], input.as_bytes());
-        text.lines()
-            .rfind(|line| !line.starts_with('#'))
-            .expect("a read")
-            .split_once(' ')
-            .expect("a time")
-            .1
-            .to_owned()
+        let read = text.lines().rfind(|line| !line.starts_with('#')).expect("a read");
+        read.split_once(' ').expect("a time").1.to_owned()
     };
     let good = redact(&format!("{ASKED}1.05 {ANSWER}\n"));
     assert!(good.starts_with("01 03 0E 00 59 4C 30 31 58 58 58 58 58 58 58 58 00 "), "{good}");
@@ -275,4 +285,87 @@ fn what_cannot_be_written_is_said_with_a_way_out() {
             rtutap(&[&["export", "-"], args].concat()).write_stdin("01 03 26 00 00 04 4F 41\n").assert();
         assert.code(2).stderr(predicate::str::contains(message).and(predicate::str::contains("hint:")));
     }
+}
+
+/// Returns the rows of a file of its own, in the order of `decode`.
+fn rows_of(file: &Path) -> Vec<Value> {
+    let args = [&["decode", arg(file)][..], &EVERYTHING[2..]].concat();
+    rows(&stdout(&args, b""))
+}
+
+#[test]
+fn mcap_keeps_every_byte_and_beside_them_what_passes() {
+    let (_directory, path) = temporary();
+    let input = path("it.hex");
+    std::fs::write(&input, with_losses(&simulated("demo"))).expect("a file");
+    let (whole, part) = (path("whole.mcap"), path("part.mcap"));
+    rtutap(&["export", arg(&input), "-o", arg(&whole)]).assert().success();
+    rtutap(&["export", arg(&input), "-o", arg(&part), "--filter", "addr == 1"]).assert().success();
+    assert_eq!(rows_of(&whole), rows_of(&input));
+    assert_eq!(rows_of(&part), rows_of(&input), "the bytes are all there");
+    let back = path("back.hex");
+    rtutap(&["export", arg(&part), "-o", arg(&back)]).assert().success();
+    assert_eq!(rows_of(&back), rows_of(&input));
+    let topics = |file: &Path| {
+        let bytes = std::fs::read(file).expect("a file");
+        let summary = mcap::Summary::read(&bytes).expect("MCAP").expect("a summary");
+        summary.channels.values().map(|channel| channel.topic.clone()).collect::<BTreeSet<_>>()
+    };
+    let of_two = |topic: &&String| topic.starts_with("/bus0/sensor/2/");
+    assert!(topics(&whole).iter().any(|topic| of_two(&topic)));
+    assert!(!topics(&part).iter().any(|topic| of_two(&topic)));
+    assert!(topics(&part).iter().any(|topic| topic.starts_with("/bus0/sensor/1/")));
+}
+
+#[test]
+fn a_redacted_mcap_has_no_serial_number_and_says_so() {
+    let (_directory, path) = temporary();
+    let (input, output) = (path("it.hex"), path("it.mcap"));
+    std::fs::write(&input, simulated("installation")).expect("a file");
+    rtutap(&["export", arg(&input), "-o", arg(&output), "--redact"]).assert().success();
+    let rows = rows_of(&output);
+    assert!(serial_numbers(&rows).contains("YL01XXXXXXXX"));
+    assert!(serial_numbers(&rows).iter().all(|number| !leaks(number.as_bytes())));
+    let bytes = std::fs::read(&output).expect("a file");
+    for message in mcap::MessageStream::new(&bytes).expect("MCAP") {
+        assert!(!leaks(&message.expect("a message").data));
+    }
+    assert!(bytes.windows(8).any(|window| window == b"redacted"), "metadata is not compressed");
+}
+
+#[cfg(feature = "parquet")]
+#[test]
+fn parquet_has_every_reading_in_typed_columns() {
+    use parquet::file::reader::{FileReader, SerializedFileReader};
+    use parquet::record::{Field, RowAccessor};
+
+    let input = simulated("installation");
+    let wanted = rows(&stdout(&["decode", "-", "--show=readings", "--format=json"], input.as_bytes()));
+    let (_directory, path) = temporary();
+    let file = path("it.parquet");
+    rtutap(&["export", "-", "-o", arg(&file), "--redact"]).write_stdin(input).assert().success();
+    let reader = SerializedFileReader::new(std::fs::File::open(&file).expect("a file")).expect("Parquet");
+    let metadata = reader.metadata().file_metadata().key_value_metadata().expect("metadata").clone();
+    assert!(
+        metadata.iter().any(|entry| entry.value.as_ref().is_some_and(|value| value.contains("redacted")))
+    );
+    let mut count = 0;
+    for (row, wanted) in reader.get_row_iter(None).expect("rows").zip(&wanted) {
+        let row = row.expect("a row");
+        let columns: Vec<&str> = row.get_column_iter().map(|(name, _)| name.as_str()).collect();
+        assert_eq!(columns[..4], ["type", "bus", "t", "t_ns"]);
+        assert_eq!(Some(row.get_long(3).expect("nanoseconds")), wanted["t_ns"].as_i64());
+        assert_eq!(
+            Some(row.get_timestamp_micros(2).expect("a time")),
+            wanted["t_ns"].as_i64().map(|ns| ns / 1000)
+        );
+        assert_eq!(Some(u64::from(row.get_ubyte(4).expect("an address"))), wanted["address"].as_u64());
+        assert_eq!(row.get_string(7).ok().map(String::as_str), wanted["quantity"].as_str());
+        let value = row.get_double(8).expect("a number");
+        assert!((value - wanted["value"].as_f64().expect("a number")).abs() < 1e-9, "{wanted}");
+        let serial_number = row.get_column_iter().find(|(name, _)| *name == "serial_number").map(|it| it.1);
+        assert!(!matches!(serial_number, Some(Field::Str(text)) if leaks(text.as_bytes())));
+        count += 1;
+    }
+    assert_eq!((count, count > 300), (wanted.len(), true));
 }

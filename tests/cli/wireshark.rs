@@ -1,6 +1,6 @@
 //! Packets as Wireshark sees them: `cargo test -- --ignored wireshark`, where tshark is installed.
 
-#![allow(clippy::print_stdout)] // a test that is skipped says so
+#![allow(clippy::print_stdout)] // the figures are what the ignored test is for
 
 use std::process::Command;
 

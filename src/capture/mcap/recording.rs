@@ -5,11 +5,10 @@
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 
-use mcap::MAGIC;
-
 use super::index::{Index, Plan};
 use super::messages::{Content, Damage, Messages};
 use super::state::{Bus, State};
+use super::time::Anchor;
 use crate::capture::Item;
 use crate::capture::origin::is_mcap;
 use crate::decode::chunk::{Lost, LostKind};
@@ -244,11 +243,7 @@ impl Recording {
         }
         match self.messages.next()? {
             Content::Message { head, payload } => self.state.message(head, payload),
-            Content::Channel(_) => {
-                for channel in self.messages.channels.values() {
-                    self.state.channel(channel, &self.messages.schemas);
-                }
-            }
+            Content::Channel(_) => self.state.channels(&self.messages.channels, &self.messages.schemas),
             Content::Metadata(metadata) => self.state.metadata(&metadata),
             Content::Attachment { .. } => {}
             Content::Damage(damage) => self.state.damage(damage),
@@ -274,6 +269,8 @@ impl Recording {
 pub struct Preface {
     /// The session it is a part of.
     pub session: Option<Session>,
+    /// Ties its times to a monotonic clock, where it begins with that.
+    pub anchor: Option<Anchor>,
     /// The files kept in it: name and content.
     pub attachments: Vec<(String, Vec<u8>)>,
 }
@@ -284,9 +281,10 @@ impl Preface {
     /// # Errors
     /// When the system cannot read it.
     pub fn read(mut file: File) -> io::Result<Self> {
-        let mut magic = Vec::new();
-        (&mut file).take(MAGIC.len() as u64).read_to_end(&mut magic)?;
-        if !is_mcap(&magic) {
+        // What is something else is not searched for records.
+        let mut prefix = Vec::new();
+        (&mut file).take(mcap::MAGIC.len() as u64).read_to_end(&mut prefix)?;
+        if !is_mcap(&prefix) {
             return Ok(Preface::default());
         }
         file.rewind()?;
@@ -298,12 +296,13 @@ impl Preface {
                 Content::Metadata(metadata) => state.metadata(&metadata),
                 Content::Attachment { name, data, .. } => preface.attachments.push((name, data)),
                 Content::Channel(channel) if channel.topic.ends_with("/raw") => break,
-                Content::Channel(_) | Content::Message { .. } => {}
+                Content::Channel(_) => state.channels(&messages.channels, &messages.schemas),
+                Content::Message { head, payload } => state.message(head, payload),
                 // What is damaged at its beginning has none.
                 Content::Damage(_) | Content::Index | Content::End(_) => break,
             }
         }
-        preface.session = state.facts.session;
+        (preface.session, preface.anchor) = (state.facts.session, state.anchor);
         Ok(preface)
     }
 }

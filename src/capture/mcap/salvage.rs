@@ -101,11 +101,7 @@ impl Copy {
                     let channel = messages.channels.get(&head.channel);
                     self.message(head, &payload, channel, &messages.schemas).map_err(RecoverError::Write)?;
                 }
-                Content::Channel(_) => {
-                    for channel in messages.channels.values() {
-                        self.state.channel(channel, &messages.schemas);
-                    }
-                }
+                Content::Channel(_) => self.state.channels(&messages.channels, &messages.schemas),
                 Content::Metadata(metadata) => {
                     self.state.metadata(&metadata);
                     if metadata.name != END_METADATA {

@@ -57,7 +57,7 @@ pub(super) struct State {
     buses: Vec<Bus>,
     /// Settings from metadata, for buses whose first message of settings is damaged.
     described: BTreeMap<String, BusSettings>,
-    anchor: Option<Anchor>,
+    pub(super) anchor: Option<Anchor>,
     bytes_total: Option<u64>,
     bytes_lost_before: u64,
     /// Bytes that damage to the file has taken.
@@ -73,6 +73,15 @@ pub(super) struct State {
 }
 
 impl State {
+    /// Learns what the channels of a file are.
+    pub(super) fn channels(
+        &mut self,
+        channels: &BTreeMap<u16, Channel>,
+        schemas: &BTreeMap<u16, SchemaRecord>,
+    ) {
+        channels.values().for_each(|channel| self.channel(channel, schemas));
+    }
+
     /// Learns what a channel is.
     pub(super) fn channel(&mut self, channel: &Channel, schemas: &BTreeMap<u16, SchemaRecord>) {
         let id = usize::from(channel.id);
@@ -232,8 +241,9 @@ impl State {
         if self.raw.merge(payload).is_err() {
             return self.bad_message(payload);
         }
-        let described = self.described.get(&self.buses[index].name);
-        if let Some(settings) = described.filter(|_| self.buses[index].settings.is_none()).cloned() {
+        if self.buses[index].settings.is_none()
+            && let Some(settings) = self.described.get(&self.buses[index].name).cloned()
+        {
             self.settings(index, settings);
         }
         let anchor = *self.anchor.get_or_insert_with(|| anchor_by_log_time(self.raw.monotonic_ns, head));

@@ -9,7 +9,7 @@ use super::super::output::{GATHER, Output};
 use super::super::session::Origin;
 use crate::capture::hex_heading;
 use crate::cli::{self, ExportKind, LinkKind};
-use crate::decode::chunk::Chunk;
+use crate::decode::chunk::{Chunk, Lost};
 use crate::device::Profiles;
 use crate::pipeline::Event;
 use crate::report::hex::Hex;
@@ -105,6 +105,13 @@ impl Writer {
         }
     }
 
+    /// Takes that bytes were lost; rows have events for it.
+    pub(super) fn lost(&mut self, lost: &Lost, out: &mut Vec<u8>) {
+        if let Writer::Hex { reads, .. } = self {
+            reads.lost(lost, out);
+        }
+    }
+
     /// Takes an event.
     pub(super) fn event(&mut self, bus: &str, event: &Event<'_>, out: &mut Vec<u8>) {
         match self {
@@ -164,14 +171,14 @@ fn link_type(kind: LinkKind) -> LinkType {
 }
 
 /// Returns what a file should say of itself. A redacted one keeps the filter to itself: it may name what is blanked.
-fn remarks(args: &cli::Export) -> Vec<String> {
-    if args.redact {
-        let part = args.filter.is_some().then(|| "only a part, chosen by a filter".to_owned());
-        return part.into_iter().chain([REMARK.to_owned()]).collect();
-    }
+pub(super) fn remarks(args: &cli::Export) -> Vec<String> {
     // In one line, as a comment has to be.
-    let words = |filter: &String| filter.split_whitespace().collect::<Vec<_>>().join(" ");
-    args.filter.iter().map(|filter| format!("only what passes: {}", words(filter))).collect()
+    let words = |filter: &str| filter.split_whitespace().collect::<Vec<_>>().join(" ");
+    let part = args.filter.as_deref().map(|filter| match args.redact {
+        true => "only a part, chosen by a filter".to_owned(),
+        false => format!("only what passes: {}", words(filter)),
+    });
+    part.into_iter().chain(args.redact.then(|| REMARK.to_owned())).collect()
 }
 
 /// Returns the kind of rows of a file that has one only; readings unless asked otherwise.
@@ -195,8 +202,8 @@ fn parquet(args: &cli::Export, show: &[Show], judge: Option<Judge>) -> Result<Wr
     let table = match only(show, "Parquet", hint)? {
         Show::Readings => Table::Readings,
         Show::Transactions => Table::Transactions,
-        Show::Frames | Show::Devices => {
-            return Err(Failure::hinted("Parquet has readings or transactions, no frames", hint));
+        Show::Frames | Show::Findings | Show::Devices => {
+            return Err(Failure::hinted("Parquet has readings or transactions only", hint));
         }
     };
     let mut metadata = vec![("rtutap.version".to_owned(), env!("CARGO_PKG_VERSION").to_owned())];
