@@ -5,6 +5,7 @@
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 
+use super::RECOVERED;
 use super::index::{Index, Plan};
 use super::messages::{Content, Damage, Messages};
 use super::state::{Bus, State};
@@ -50,7 +51,8 @@ const MOST_DAMAGE: usize = 100;
 impl Facts {
     /// Tells whether nothing is missing, as far as the file tells.
     pub fn is_complete(&self) -> bool {
-        self.is_indexed && self.end.is_some() && self.damage_count == 0 && self.lost_bytes == 0
+        let is_closed = self.end.as_ref().is_some_and(|reason| reason != RECOVERED);
+        self.is_indexed && is_closed && self.damage_count == 0 && self.lost_bytes == 0
     }
 
     /// Tells whether another file continues this one: a later part of the same session.
