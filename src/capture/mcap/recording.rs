@@ -188,7 +188,8 @@ impl Recording {
 
     /// Returns the topics of a file that is no recording of a bus, with their schemas; `None` when it may be one.
     pub fn foreign_topics(&self) -> Option<Vec<(String, String)>> {
-        if self.state.has_raw_channel() || !(self.is_finished || self.index.is_some()) {
+        let is_own = self.state.has_own_channel() || self.facts().session.is_some();
+        if is_own || !(self.is_finished || self.index.is_some()) {
             return None;
         }
         let channels = self.messages.channels.values().map(|channel| {
