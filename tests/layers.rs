@@ -28,7 +28,7 @@ const ARROWS: &[(&str, &[&str])] = &[
         ],
     ),
     ("tui", &["time", "line", "decode", "device", "analyze", "pipeline", "report"]),
-    ("cli", &["time", "line", "capture", "report", "simulate"]),
+    ("cli", &["time", "line", "capture", "report", "simulate", "source"]),
     ("config", &["time", "line", "cli", "section"]),
     ("command", EVERYTHING),
     ("main", EVERYTHING),

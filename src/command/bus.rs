@@ -324,6 +324,7 @@ fn read_input(
         }
     }
     progress.finish();
+    tracing::info!("read '{}': {bytes} bytes, {} frames", input.name(), session.frames() - frames);
     if wanted.decodes() && session.frames() == frames && bytes > MANY_BYTES {
         let name = input.name();
         message::warning(format_args!(

@@ -7,9 +7,11 @@ mod demo;
 mod export;
 mod failure;
 mod info;
+mod log;
 mod man;
 mod message;
 mod output;
+mod ports;
 mod profiles;
 mod progress;
 mod recover;
@@ -27,18 +29,25 @@ use failure::Failure;
 pub fn run(mut cli: Cli) -> ExitCode {
     match run_command(&mut cli) {
         // Who reads the output has had enough: nothing went wrong.
-        Ok(()) | Err(Failure::ClosedPipe) => ExitCode::SUCCESS,
+        Ok(()) | Err(Failure::ClosedPipe) => {
+            tracing::info!("ends, done");
+            ExitCode::SUCCESS
+        }
         Err(Failure::Problem { message, hint }) => {
             message.lines().for_each(message::error);
             if let Some(hint) = hint {
                 message::hint(&hint);
             }
+            tracing::info!("ends, not done");
             ExitCode::from(2)
         }
     }
 }
 
 fn run_command(cli: &mut Cli) -> Result<(), Failure> {
+    if let Some(path) = &cli.log {
+        log::begin(path, cli.verbose)?;
+    }
     match &cli.command {
         Command::Completions(args) => return completions::run(args),
         Command::Man => return man::run(),
@@ -55,6 +64,7 @@ fn run_command(cli: &mut Cli) -> Result<(), Failure> {
         Command::Recover(args) => recover::run(args),
         Command::Simulate(args) => simulate::run(args),
         Command::Demo(args) => demo::run(args, cli.verbose),
+        Command::Ports(args) => ports::run(args),
         Command::Profiles(args) => profiles::run(args),
         Command::Completions(_) | Command::Man => Ok(()),
     }

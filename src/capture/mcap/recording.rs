@@ -279,14 +279,14 @@ pub struct Preface {
 }
 
 impl Preface {
-    /// Reads what stands before the first bytes of a file.
+    /// Reads what stands before the first bytes of a file; a file that is no MCAP says nothing.
     ///
     /// # Errors
     /// When the system cannot read it.
     pub fn read(mut file: File) -> io::Result<Self> {
         // What is something else is not searched for records.
         let mut prefix = Vec::new();
-        (&mut file).take(::mcap::MAGIC.len() as u64).read_to_end(&mut prefix)?;
+        (&mut file).take(mcap::MAGIC.len() as u64).read_to_end(&mut prefix)?;
         if !is_mcap(&prefix) {
             return Ok(Preface::default());
         }
