@@ -7,18 +7,18 @@
 #![allow(clippy::print_stdout, reason = "the figures are what it is for")]
 #![allow(clippy::disallowed_methods, reason = "recordings are files, and a benchmark reads the clock")]
 
-#[path = "../tests/support/mod.rs"]
-mod support;
-
 use std::fs::File;
 use std::hint::black_box;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use rtutap::capture::mcap::{BusSettings, Options, Recorder, Recording};
 use rtutap::capture::{Input, InputFormat, Item};
 use rtutap::decode::chunk::{Chunk, ReadTime};
+use rtutap::device::{Devices, Environment, Profiles};
 use rtutap::line::LineSettings;
+use rtutap::pipeline::{Options as PipelineOptions, Pipeline};
 use rtutap::report::info::Info;
 use rtutap::simulate::{Adapter, Config, Read, Scenario, Simulation};
 use rtutap::time::{SECOND, Timestamp};
@@ -99,9 +99,24 @@ fn info_of(reads: &[Read]) {
     info.finish();
 }
 
+/// Returns a pipeline as `info` has it: without readings.
+fn pipeline() -> Pipeline {
+    let (line, adapter_hold_ns) = (LineSettings::default(), None);
+    let options = PipelineOptions {
+        line,
+        adapter_hold_ns,
+        first_frame_id: 0,
+        first_transaction_id: 0,
+        readings: false,
+    };
+    let profiles = Arc::new(Profiles::built_in());
+    let shapes = profiles.shapes();
+    Pipeline::new(options, Devices::new(profiles, Environment::default()), shapes)
+}
+
 /// Decodes as `info` does.
 struct Counting {
-    pipeline: rtutap::pipeline::Pipeline,
+    pipeline: Pipeline,
     info: Info,
 }
 
@@ -109,7 +124,7 @@ impl Counting {
     fn new() -> Self {
         let mut info = Info::default();
         info.begin("bus0", LineSettings::default());
-        Counting { pipeline: support::pipeline(LineSettings::default(), None), info }
+        Counting { pipeline: pipeline(), info }
     }
 
     fn take(&mut self, chunk: &Chunk<'_>) {

@@ -219,6 +219,18 @@ impl Input {
         Some(InputError::Foreign { name: self.name.clone(), has })
     }
 
+    /// Returns the error that there is not a byte of a bus, with the reason as far as it is known.
+    fn nothing(&self) -> InputError {
+        let name = self.name.clone();
+        if let Some(foreign) = self.foreign() {
+            return foreign;
+        }
+        match self.facts().and_then(|facts| facts.damage.first()) {
+            Some(damage) => InputError::Lost { name, damage: *damage },
+            None => InputError::Empty(name),
+        }
+    }
+
     fn error(&self, failure: Failure) -> InputError {
         let name = self.name.clone();
         match failure {
@@ -250,8 +262,7 @@ impl Input {
         if more {
             self.has_bytes = self.has_bytes || matches!(self.item(), Item::Chunk { .. });
         } else if self.is_finished() && !self.has_bytes {
-            let empty = || InputError::Empty(self.name.clone());
-            return Err(self.foreign().unwrap_or_else(empty));
+            return Err(self.nothing());
         }
         Ok(more)
     }

@@ -142,7 +142,9 @@ impl<'a> Session<'a> {
             }
             Item::Chunk { bus, .. } | Item::Lost { bus, .. } => bus,
         };
-        let Some(at) = self.buses.iter().position(|known| known.settings.name == bus) else { return Ok(false) };
+        let Some(at) = self.buses.iter().position(|known| known.settings.name == bus) else {
+            return Ok(false);
+        };
         let Some(redactor) = &mut self.buses[at].redactor else {
             return self.decode(at, item, sink).map(|()| true);
         };

@@ -201,3 +201,23 @@ fn the_loss_of_the_first_chunk_costs_neither_times_nor_settings() {
     let whole = original.directory.path().join("a.mcap");
     assert_eq!(found, read(&whole).0, "times by the log, settings by the metadata");
 }
+
+#[test]
+fn a_recording_cut_before_its_first_bytes_says_so() {
+    let original = original();
+    let first =
+        original.chunks.iter().find(|(_, messages)| messages.iter().any(|(topic, ..)| topic == "/bus0/raw"));
+    let cut = first.expect("a chunk with bytes").0.start + 20;
+    let path = original.directory.path().join("cut.mcap");
+    #[expect(clippy::disallowed_methods, reason = "recordings are files")]
+    fs::write(&path, &original.file[..cut]).expect("a disk that works");
+    let mut input = rtutap::capture::Input::open(&path, None).expect("an MCAP file");
+    let error = loop {
+        match input.next_item() {
+            Ok(item) => assert!(matches!(item, Some(Item::Line { .. } | Item::Lost { .. }))),
+            Err(error) => break error.to_string(),
+        }
+    };
+    assert!(error.starts_with("no byte of a bus can be read from"), "{error}");
+    assert!(error.ends_with("the file ends within a record"), "{error}");
+}

@@ -133,6 +133,11 @@ impl State {
         self.topics.iter().any(|topic| matches!(topic, Topic::Raw(_)))
     }
 
+    /// Tells whether any channel is one of a recording of a bus.
+    pub(super) fn has_own_channel(&self) -> bool {
+        self.topics.iter().any(|topic| *topic != Topic::Other)
+    }
+
     /// Hands out only what was logged within these times.
     pub(super) fn select(&mut self, from: Timestamp, to: Timestamp) {
         let log = |time: Timestamp| u64::try_from(time.as_ns()).unwrap_or(0);
