@@ -309,8 +309,12 @@ impl Pipeline {
     }
 
     /// Bounds when the bytes from `first` to `last` were on the wire.
+    #[inline]
     fn wire_time(&self, first: u64, last: u64) -> Option<WireTime> {
         let stamper = self.framer.stamper();
+        if !stamper.has_times() {
+            return None;
+        }
         let (first, last) = (stamper.byte(first)?, stamper.byte(last)?);
         let start = first.interval().shifted(-stamper.character_ns());
         // Bytes that come faster than the line's speed allows have no sound times, but keep their order.
@@ -344,6 +348,7 @@ impl Pipeline {
     }
 
     /// Hands out the next frame of the current exchange.
+    #[inline]
     fn exchange_event(&mut self) -> Option<Event<'_>> {
         let current = self.current.as_mut()?;
         let (part, role, confidence) = match current.stage {
@@ -370,6 +375,7 @@ impl Pipeline {
     }
 
     /// Tells what the current transaction says of its device, then what it means.
+    #[inline]
     fn transaction_event(&mut self) -> Option<Event<'_>> {
         let current = self.current.as_mut()?;
         let transaction = transaction(self.framer.store(), current);

@@ -169,8 +169,8 @@ impl Info {
 
     fn place(&mut self, bus: &str, place: &Place<'_>) {
         self.bytes += place.bytes.len() as u64;
-        let stretch = self.inputs.iter_mut().rfind(|stretch| stretch.bus == bus);
-        let (Some(stretch), Some(time)) = (stretch, place.time) else { return };
+        let Some(time) = place.time else { return };
+        let Some(stretch) = self.inputs.iter_mut().rfind(|stretch| stretch.bus == bus) else { return };
         let on_wire = stretch.line.character_ns().saturating_mul(place.bytes.len() as i64); // a run is far below 2^63
         self.busy_ns = self.busy_ns.saturating_add(on_wire);
         let (start, end) = (time.start.midpoint(), time.end.midpoint());

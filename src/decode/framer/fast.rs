@@ -28,7 +28,7 @@ pub enum Glance {
 
 /// Looks at the bytes from `offset` on, all of them undecided.
 pub fn glance(offset: u64, outstanding: Option<&Outstanding>, context: &Context<'_>) -> Glance {
-    let bytes = context.store.slice(offset, u64::MAX);
+    let bytes = context.store.slice(offset, context.store.end());
     if bytes.len() < MIN_FRAME {
         return Glance::Wait;
     }
@@ -74,8 +74,9 @@ fn plain_answer(
 ) -> Option<Glance> {
     let length = outstanding.plain_response_length(bytes)?;
     let frame = bytes.get(..length)?;
-    // As a request it would have to name a quantity that it does not.
-    let no_request = frame[4] != 0 || frame[5] > 125;
+    // As a request it would have to name a quantity that it does not (V1.1b3, 6.1 to 6.4).
+    let most = if frame[1] <= 2 { 2000 } else { 125 };
+    let no_request = u16::from_be_bytes([frame[4], frame[5]]) > most;
     if !no_request || !crc::is_good(frame) || hides_frame(frame, context) {
         return None;
     }
@@ -120,10 +121,15 @@ fn shortest_good(list: &[Candidate], bytes: &[u8]) -> Option<usize> {
 fn hides_frame(bytes: &[u8], context: &Context<'_>) -> bool {
     let ruled_out = if context.experience.trusts_any() { Class::None } else { Class::AnyLength };
     // The shortest hidden frame is one byte short of the four that a frame has at least.
-    (2..bytes.len().saturating_sub(1)).any(|at| {
-        let class = CLASS[usize::from(bytes[at])];
-        class > ruled_out && may_be_frame(class, &bytes[at - 1..], context)
-    })
+    let mut rest = bytes.get(1..).unwrap_or_default();
+    while let [_, function, _, ..] = rest {
+        let class = CLASS[usize::from(*function)];
+        if class > ruled_out && may_be_frame(class, rest, context) {
+            return true;
+        }
+        rest = &rest[1..];
+    }
+    false
 }
 
 /// Tells whether at least three bytes may be a frame whose function code is of this class, or all but its last 00.
