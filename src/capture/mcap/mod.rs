@@ -19,6 +19,7 @@ mod messages;
 mod options;
 mod part;
 mod pending;
+mod raw_chunk;
 mod reads;
 mod recorder;
 mod recording;
