@@ -10,7 +10,7 @@ use crate::decode::candidate::{
 use crate::decode::crc;
 use crate::decode::frame::{Boundary, MAX_FRAME, Role};
 use crate::decode::framer::node::{FrameEdge, Kind};
-use crate::decode::framer::outstanding::Outstanding;
+use crate::decode::framer::outstanding::{Fit, Outstanding};
 use crate::decode::framer::reading::Readings;
 use crate::decode::framer::score;
 use crate::decode::framer::weigh::{Context, readings, zero_extension};
@@ -37,6 +37,12 @@ pub fn glance(offset: u64, outstanding: Option<&Outstanding>, context: &Context<
     {
         return answer;
     }
+    look(offset, outstanding, bytes, context)
+}
+
+/// Looks at bytes that are no plain answer.
+#[inline(never)] // a plain answer needs far less of the stack
+fn look(offset: u64, outstanding: Option<&Outstanding>, bytes: &[u8], context: &Context<'_>) -> Glance {
     let within = &bytes[..bytes.len().min(MAX_FRAME)];
     let mut found = candidates(within, context.shapes);
     let list = found.as_slice();
@@ -88,8 +94,9 @@ fn plain_answer(
     };
     let begin = context.begin(offset);
     let since = begin.zip(outstanding.end).map(|(begin, end)| begin - end);
-    let (reading, fit) = score::response(Some(outstanding), 0, candidate, frame, since, context.experience);
-    let (kind, score) = (Kind::Response(fit), score::frame(candidate, frame, context.experience) + reading);
+    let reading = score::answer(Fit::Full, outstanding, false, frame, since, context.experience);
+    let score = score::frame(candidate, frame, context.experience) + reading;
+    let kind = Kind::Response(Fit::Full); // by its function and length
     let rival = score::JUNK_OPEN + score::JUNK_BYTE + score::BEST_TAIL;
     let edge = FrameEdge { offset, length: length as u16, kind, boundary: Boundary::Length, score };
     let readings = Readings { request: None, response: Some(candidate) };
@@ -145,6 +152,7 @@ fn may_be_frame(class: Class, bytes: &[u8], context: &Context<'_>) -> bool {
             let shortest = (5 + usize::from(bytes[2])).min(8);
             bytes.len() + 1 >= shortest && may_end(bytes, context)
         }
+        Class::Eight => bytes.len() + 1 >= 8 && may_end(bytes, context),
         Class::AnyLength | Class::Other => may_end(bytes, context),
     }
 }
@@ -156,6 +164,8 @@ enum Class {
     AnyLength,
     Read,
     Exception,
+    /// At least eight bytes: writes, and what repeats their head.
+    Eight,
     Other,
 }
 
@@ -166,6 +176,7 @@ static CLASS: [Class; 256] = {
         table[function] = match function as u8 {
             0 | 0x80 | 0xFF => Class::None,
             1..=4 => Class::Read,
+            5 | 6 | 8 | 15 | 16 | 22 => Class::Eight,
             0x81.. => Class::Exception,
             function if has_known_length(function) => Class::Other,
             _ => Class::AnyLength,

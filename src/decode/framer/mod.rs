@@ -292,6 +292,7 @@ impl Framer {
     }
 
     /// Takes one byte into the lattice and hands over what that decides.
+    #[inline(never)]
     fn step(&mut self) {
         self.lattice.step(&context!(self));
         while let Some(end) = self.lattice.decided(&context!(self)) {
