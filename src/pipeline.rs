@@ -333,8 +333,8 @@ impl Pipeline {
 
     /// Returns the next event. Take them all after each call that takes something in.
     pub fn poll_event(&mut self) -> Option<Event<'_>> {
-        if let Some(lost) = self.lost.take() {
-            return Some(Event::Lost(lost));
+        if self.lost.is_some() {
+            return self.lost.take().map(Event::Lost);
         }
         while self.current.is_none() {
             match self.pairing.take() {

@@ -18,6 +18,8 @@ use crate::decode::framer::weigh::{Context, readings, zero_extension};
 /// Says what the bytes after the root are.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Glance {
+    /// The registers or coils that were asked for, beyond doubt; [`plain`] reads them.
+    Answer(FrameEdge),
     /// A frame, beyond doubt.
     Frame(FrameEdge, Readings),
     /// The beginning of a frame, and nothing else that could be decided yet.
@@ -35,7 +37,7 @@ pub fn glance(offset: u64, outstanding: Option<&Outstanding>, context: &Context<
     if let Some(outstanding) = outstanding
         && let Some(answer) = plain_answer(offset, outstanding, bytes, context)
     {
-        return answer;
+        return Glance::Answer(answer);
     }
     look(offset, outstanding, bytes, context)
 }
@@ -77,7 +79,7 @@ fn plain_answer(
     outstanding: &Outstanding,
     bytes: &[u8],
     context: &Context<'_>,
-) -> Option<Glance> {
+) -> Option<FrameEdge> {
     let length = outstanding.plain_response_length(bytes)?;
     let frame = bytes.get(..length)?;
     // As a request it would have to name a quantity that it does not (V1.1b3, 6.1 to 6.4).
@@ -86,12 +88,7 @@ fn plain_answer(
     if !no_request || !crc::is_good(frame) || hides_frame(frame, context) {
         return None;
     }
-    let candidate = Candidate {
-        role: Role::Response,
-        length: length as u16,
-        basis: Basis::Standard,
-        oddity: Oddity::None,
-    };
+    let candidate = plain(length as u16);
     let begin = context.begin(offset);
     let since = begin.zip(outstanding.end).map(|(begin, end)| begin - end);
     let reading = score::answer(Fit::Full, outstanding, false, frame, since, context.experience);
@@ -99,8 +96,12 @@ fn plain_answer(
     let kind = Kind::Response(Fit::Full); // by its function and length
     let rival = score::JUNK_OPEN + score::JUNK_BYTE + score::BEST_TAIL;
     let edge = FrameEdge { offset, length: length as u16, kind, boundary: Boundary::Length, score };
-    let readings = Readings { request: None, response: Some(candidate) };
-    (rival < score - score::MARGIN).then_some(Glance::Frame(edge, readings))
+    (rival < score - score::MARGIN).then_some(edge)
+}
+
+/// Returns how a plain answer of so many bytes is read.
+pub fn plain(length: u16) -> Candidate {
+    Candidate { role: Role::Response, length, basis: Basis::Standard, oddity: Oddity::None }
 }
 
 /// Tells whether the frame is long enough to show all its candidates' lengths.

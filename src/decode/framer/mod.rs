@@ -193,6 +193,10 @@ impl Framer {
                     return Some(self.take_request(edge, readings, pairs));
                 }
                 match fast::glance(self.lattice.root(), outstanding, &context!(self)) {
+                    Glance::Answer(edge) => {
+                        let response = Some(fast::plain(edge.length));
+                        return Some(self.take_short_cut(edge, Readings { request: None, response }));
+                    }
                     Glance::Frame(edge, readings) => {
                         if asks {
                             self.remember(edge, readings);
@@ -261,6 +265,7 @@ impl Framer {
         };
         self.learn(edge, None);
         let answer = match fast::glance(edge.end(), Some(&asked.outstanding), &context!(self)) {
+            Glance::Answer(answer) => answer,
             Glance::Frame(answer, Readings { request: None, response: Some(_) })
                 if answer.kind == Kind::Response(Fit::Full) =>
             {
