@@ -174,8 +174,11 @@ impl Pipeline {
         self.pairing.finish();
     }
 
-    /// Takes in that bytes are missing after those handled so far.
+    /// Takes in that bytes are missing after those handled so far; fires the deadlines before it first.
     pub fn handle_lost(&mut self, lost: Lost) {
+        if let Some(time) = lost.time {
+            self.handle_timeout(time);
+        }
         self.lost = Some(lost);
     }
 
@@ -272,9 +275,6 @@ impl Pipeline {
 
     /// Returns the next event. Take them all after each call that takes something in.
     pub fn poll_event(&mut self) -> Option<Event<'_>> {
-        if let Some(lost) = self.lost.take() {
-            return Some(Event::Lost(lost));
-        }
         let current = match self.current.take() {
             Some(current) => current,
             None => loop {
@@ -285,7 +285,8 @@ impl Pipeline {
                         break Current { assembled, id: self.next_transaction - 1, stage: Stage::Observe };
                     }
                     None if self.pump_one() => {}
-                    None => return None,
+                    // What was decided before it was lost comes before it.
+                    None => return self.lost.take().map(Event::Lost),
                 }
             },
         };

@@ -9,6 +9,7 @@ use crate::device::{Devices, Profiles};
 use crate::line::LineSettings;
 use crate::pipeline::{Event, Options, Pipeline};
 use crate::report::redact::{Redacted, Redactor};
+use crate::time::Timestamp;
 
 /// Receives what comes out of the inputs.
 pub(super) trait Sink {
@@ -145,13 +146,14 @@ impl<'a> Session<'a> {
                 let settings = BusSettings { name, line, adapter_hold_ns, ..BusSettings::default() };
                 return self.begin(settings, sink);
             }
-            Item::Chunk { bus, .. } | Item::Lost { bus, .. } => bus,
+            Item::Chunk { bus, .. } | Item::Lost { bus, .. } | Item::Silence { bus, .. } => bus,
         };
         let Some(at) = self.buses.iter().position(|known| known.settings.name == bus) else { return Ok(()) };
         let Some(redactor) = &mut self.buses[at].redactor else { return self.decode(at, item, sink) };
         match item {
             Item::Chunk { chunk, .. } => redactor.push(chunk),
             Item::Lost { lost, .. } => redactor.push_lost(*lost),
+            Item::Silence { until, .. } => redactor.push_silence(*until),
             Item::Line { .. } => {}
         }
         self.take_redacted(at, sink)
@@ -166,6 +168,7 @@ impl<'a> Session<'a> {
             let item = match redacted {
                 Redacted::Chunk(chunk) => Item::Chunk { bus: &bus, chunk, ready: None },
                 Redacted::Lost(lost) => Item::Lost { bus: &bus, lost },
+                Redacted::Silence(until) => Item::Silence { bus: &bus, until },
             };
             result = result.and(self.decode(at, &item, sink));
         }
@@ -179,10 +182,29 @@ impl<'a> Session<'a> {
             self.act(at, sink, |pipeline| match item {
                 Item::Chunk { chunk, .. } => pipeline.handle_bytes(chunk),
                 Item::Lost { lost, .. } => pipeline.handle_lost(*lost),
+                Item::Silence { until, .. } => pipeline.handle_timeout(*until),
                 Item::Line { .. } => {}
             });
         }
         Ok(())
+    }
+
+    /// Takes in that a live bus was silent until then, if that decides anything.
+    ///
+    /// What does is an item: the ids of all buses are counted in the order of decisions, and a recording has to
+    /// give the same ones.
+    pub(super) fn poll(&mut self, bus: &str, until: Timestamp, sink: &mut impl Sink) -> Result<(), Failure> {
+        let known = self.buses.iter().find(|known| known.settings.name == bus);
+        let deadline = known.and_then(|bus| bus.pipeline.poll_timeout());
+        if deadline.is_none_or(|deadline| deadline > until) {
+            return Ok(());
+        }
+        self.take(&Item::Silence { bus, until }, sink)
+    }
+
+    /// Tells whether every byte and frame so far is decided.
+    pub(super) fn is_settled(&self) -> bool {
+        self.buses.iter().all(|bus| bus.pipeline.poll_timeout().is_none())
     }
 
     fn finish_bus(&mut self, at: usize, sink: &mut impl Sink) -> Result<(), Failure> {

@@ -164,13 +164,14 @@ impl Recorder {
         }
         let time = self.time_of(bus, chunk);
         let anchor = self.begin(time)?;
+        // Reads are not merged across those of another bus: they are decoded in the order of the file.
+        self.flush_reads_but(bus)?;
         let state = &mut self.buses[bus.0];
         if state.pending.as_mut().is_some_and(|pending| pending.merge(chunk, time, anchor, ready)) {
             state.time = Some(time);
             return Ok(());
         }
-        let before = self.buses[bus.0].pending.as_ref().map_or(time, Pending::last_time);
-        self.flush_reads_until(before)?;
+        self.flush_reads()?;
         self.rotate_if_due(time)?;
         let state = &mut self.buses[bus.0];
         state.pending = Some(Pending::new(chunk, time, anchor, ready));
@@ -223,6 +224,21 @@ impl Recorder {
         }
         self.buses[bus.0].offset = self.buses[bus.0].offset.saturating_add(count);
         Ok(())
+    }
+
+    /// Writes that nothing was received until then: silence decided something, and has to decide it again.
+    ///
+    /// # Errors
+    /// When the recording cannot be written.
+    pub fn write_silence(&mut self, bus: BusId, until: Timestamp) -> Result<(), RecordError> {
+        self.flush_reads()?;
+        let anchor = self.begin(until)?;
+        let raw = RawChunk {
+            stream_offset: self.buses[bus.0].offset,
+            monotonic_ns: anchor.monotonic_ns(until),
+            ..RawChunk::default()
+        };
+        self.write_raw(bus, until, &raw)
     }
 
     /// Writes a message beside the bytes; its log time is that of the message before it.
@@ -365,26 +381,26 @@ impl Recorder {
         self.emit(line, log.last(), log.last(), &message.encode_to_vec())
     }
 
-    /// Writes the reads that wait.
+    /// Writes the reads that wait; those of one bus at most do.
     fn flush_reads(&mut self) -> Result<(), RecordError> {
-        self.flush_reads_until(Timestamp::MAX)
+        (0..self.buses.len()).try_for_each(|bus| self.flush_reads_of(bus))
     }
 
-    /// Writes the reads that wait and ended until `time`, oldest first.
-    fn flush_reads_until(&mut self, time: Timestamp) -> Result<(), RecordError> {
-        loop {
-            let waiting = self.buses.iter().enumerate();
-            let waiting = waiting.filter_map(|(index, bus)| Some((bus.pending.as_ref()?.last_time(), index)));
-            let Some((last, index)) = waiting.min().filter(|(last, _)| *last <= time) else { return Ok(()) };
-            let Some(pending) = self.buses[index].pending.take() else { return Ok(()) };
-            let mut raw = pending.into_message();
-            raw.stream_offset = self.buses[index].offset;
-            let length = raw.data.len() as u64;
-            self.buses[index].offset = raw.stream_offset.saturating_add(length);
-            self.totals.written = self.totals.written.saturating_add(length);
-            self.totals.unsafe_bytes = self.totals.unsafe_bytes.saturating_add(length);
-            self.write_raw(BusId(index), last, &raw)?;
-        }
+    /// Writes the reads that wait of other buses than this one.
+    fn flush_reads_but(&mut self, bus: BusId) -> Result<(), RecordError> {
+        (0..self.buses.len()).filter(|other| *other != bus.0).try_for_each(|other| self.flush_reads_of(other))
+    }
+
+    fn flush_reads_of(&mut self, bus: usize) -> Result<(), RecordError> {
+        let Some(pending) = self.buses[bus].pending.take() else { return Ok(()) };
+        let last = pending.last_time();
+        let mut raw = pending.into_message();
+        raw.stream_offset = self.buses[bus].offset;
+        let length = raw.data.len() as u64;
+        self.buses[bus].offset = raw.stream_offset.saturating_add(length);
+        self.totals.written = self.totals.written.saturating_add(length);
+        self.totals.unsafe_bytes = self.totals.unsafe_bytes.saturating_add(length);
+        self.write_raw(BusId(bus), last, &raw)
     }
 
     fn write_raw(&mut self, bus: BusId, time: Timestamp, raw: &RawChunk) -> Result<(), RecordError> {
