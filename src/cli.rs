@@ -14,7 +14,7 @@ use crate::report::{Show, TimeStyle};
 use crate::simulate::{Adapter, Scenario};
 use crate::time::MILLISECOND;
 pub use export::{Export, ExportKind, LinkKind};
-pub use live::{Listen, Live, NamedSource, Record};
+pub use live::{Listen, Live, Record};
 
 /// Listens on a Modbus RTU bus without ever speaking, and says what the sensors said.
 #[derive(Debug, Parser)]
@@ -437,7 +437,7 @@ fn scenarios() -> PossibleValuesParser {
     PossibleValuesParser::new(Scenario::all().iter().map(value))
 }
 
-pub(crate) fn number(text: &str, least: f64, most: f64, unit: &str) -> Result<f64, String> {
+fn number(text: &str, least: f64, most: f64, unit: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(number) if (least..=most).contains(&number) => Ok(number),
         Ok(_) => Err(format!("not within {least} to {most} {unit}")),

@@ -16,7 +16,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("simulate", &["time", "line", "capture::hex_line", "decode::chunk", "decode::frame"]),
     ("report", &["time", "line", "capture::hex_line", "decode", "device", "analyze", "pipeline"]),
     ("tui", &["time", "line", "decode", "device", "analyze", "pipeline", "report"]),
-    ("cli", &["time", "line", "capture", "report", "simulate"]),
+    ("cli", &["time", "line", "capture", "report", "simulate", "source"]),
     ("config", &["time", "line", "cli", "section"]),
     ("command", EVERYTHING),
     ("main", EVERYTHING),

@@ -6,6 +6,7 @@ use clap::Args;
 
 use super::{Equipment, Nanoseconds, Printing, milliseconds};
 use crate::line::LineSettings;
+use crate::source::Spec;
 use crate::time::{MILLISECOND, SECOND};
 
 pub(super) const LISTEN_EXAMPLES: &str = "\
@@ -31,8 +32,8 @@ Examples:
 #[derive(Debug, Args)]
 pub struct Live {
     /// Where bytes come from, such as /dev/ttyUSB0 or pump=/dev/ttyUSB0; several are recorded side by side
-    #[arg(required = true, value_name = "[NAME=]SOURCE", value_parser = source)]
-    pub sources: Vec<NamedSource>,
+    #[arg(required = true, value_name = "[NAME=]SOURCE")]
+    pub sources: Vec<Spec>,
 
     /// Speed and character format [default: 9600-8N1]
     #[arg(long, value_name = "BAUD-DPS", env = "RTUTAP_LINE", hide_env_values = true)]
@@ -111,30 +112,6 @@ pub struct Record {
     pub trigger: Option<String>,
 }
 
-/// Names a bus and where its bytes come from.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct NamedSource {
-    /// What the bus is called; `None` for bus0, bus1 and so on.
-    pub name: Option<String>,
-    /// A serial device, `tcp://host:port` or `-`.
-    pub source: String,
-}
-
-/// Reads `[NAME=]SOURCE`; a name is letters, digits, '-' and '_'.
-fn source(text: &str) -> Result<NamedSource, String> {
-    let is_name = |name: &str| {
-        !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '-' | '_'))
-    };
-    let (name, source) = match text.split_once('=') {
-        Some((name, source)) if is_name(name) => (Some(name.to_owned()), source),
-        _ => (None, text),
-    };
-    if source.is_empty() {
-        return Err("write [NAME=]SOURCE, such as pump=/dev/ttyUSB0".to_owned());
-    }
-    Ok(NamedSource { name, source: source.to_owned() })
-}
-
 /// Reads a number with a unit, as a multiple of the unit 1; a bare number is `bare` of it.
 fn with_unit(text: &str, units: &[(&str, f64)], example: &str) -> Result<f64, String> {
     let text = text.trim();
@@ -146,7 +123,11 @@ fn with_unit(text: &str, units: &[(&str, f64)], example: &str) -> Result<f64, St
     let factor = factor.or((number == 0.0 && unit.is_empty()).then_some(1.0));
     let names = units.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
     let value = number * factor.ok_or_else(|| format!("give a unit ({names}), such as {example}"))?;
-    if (0.0..9e18).contains(&value) { Ok(value) } else { Err(format!("not a size or time such as {example}")) }
+    if (0.0..9e18).contains(&value) {
+        Ok(value)
+    } else {
+        Err(format!("not a size or time such as {example}"))
+    }
 }
 
 /// Reads a size in bytes; kB, MB and GB are powers of 1000.
@@ -172,18 +153,6 @@ fn length(text: &str) -> Result<Nanoseconds, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_source_may_have_a_name() {
-        let named = |name: Option<&str>, source: &str| {
-            Ok(NamedSource { name: name.map(str::to_owned), source: source.to_owned() })
-        };
-        assert_eq!(source("pump=/dev/ttyUSB0"), named(Some("pump"), "/dev/ttyUSB0"));
-        assert_eq!(source("/dev/tty=odd"), named(None, "/dev/tty=odd"), "a path is no name");
-        assert_eq!(source("a=tcp://host:1"), named(Some("a"), "tcp://host:1"));
-        assert_eq!(source("-"), named(None, "-"));
-        assert!(source("pump=").is_err());
-    }
 
     #[test]
     fn sizes_and_times_have_units() {

@@ -99,9 +99,7 @@ pub(super) fn attachments(args: &cli::Bus) -> Result<Vec<(String, String, Vec<u8
 }
 
 /// Returns the profiles given, as [`attachments`] does.
-pub(super) fn given_attachments(
-    args: &cli::Equipment,
-) -> Result<Vec<(String, String, Vec<u8>)>, Failure> {
+pub(super) fn given_attachments(args: &cli::Equipment) -> Result<Vec<(String, String, Vec<u8>)>, Failure> {
     Ok(as_attachments(given_profiles(args)?))
 }
 

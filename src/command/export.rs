@@ -7,9 +7,9 @@ use std::sync::Arc;
 use std::time::UNIX_EPOCH;
 
 use super::bus::{self, Wanted};
-use super::printing::judge;
 use super::failure::Failure;
 use super::output::Output;
+use super::printing::judge;
 use super::scribe::Scribe;
 use super::session::{Origin, Sink};
 use crate::capture::Item;

@@ -17,3 +17,16 @@ pub struct SourceError {
     /// What to try.
     pub hint: Option<String>,
 }
+
+impl SourceError {
+    /// Makes an error without a hint.
+    pub fn new(name: &str, action: &'static str, error: io::Error) -> Self {
+        SourceError { name: name.to_owned(), action, error, hint: None }
+    }
+
+    /// Adds what to try.
+    #[must_use]
+    pub fn hinted(self, hint: impl Into<String>) -> Self {
+        SourceError { hint: Some(hint.into()), ..self }
+    }
+}

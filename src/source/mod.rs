@@ -3,16 +3,61 @@
 //! One trait, and nothing in it can write to a bus. Knows bytes and times, no Modbus.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use std::time::Duration;
 
 use crate::decode::chunk::LineError;
 use crate::line::LineSettings;
 
+mod adapter;
+mod backoff;
 mod clock;
 mod error;
+#[cfg(target_os = "linux")]
+mod marks;
+mod ports;
+#[cfg(target_os = "linux")]
+mod serial;
+#[cfg(not(target_os = "linux"))]
+#[path = "serial_elsewhere.rs"]
+mod serial;
+mod spec;
+mod standard_input;
+mod tcp;
+#[cfg(unix)]
+mod wait;
 
+pub use adapter::{Adapter, LineErrorReports, Usb};
+pub use backoff::backoff;
 pub use clock::{Clock, SystemClock};
 pub use error::SourceError;
+pub use ports::{Port, ports};
+pub use spec::{Place, Spec, SpecError};
+
+/// Opens a source; one with line settings of its own receives with `line`.
+///
+/// A serial port is opened for this program alone, and what it had received before is thrown away.
+///
+/// # Errors
+/// When it is not there, may not be opened, is in use, or refuses the line settings.
+pub fn open(
+    place: &Place,
+    line: LineSettings,
+    clock: Arc<dyn Clock>,
+) -> Result<Box<dyn Source>, SourceError> {
+    let name = place.to_string();
+    Ok(match place {
+        #[cfg(target_os = "linux")]
+        Place::Serial(device) => {
+            let host = serial::host::Host::below(std::path::Path::new("/"));
+            Box::new(serial::Serial::open(host, device, line, clock)?)
+        }
+        #[cfg(not(target_os = "linux"))]
+        Place::Serial(device) => Box::new(serial::Serial::open(device, line, clock)?),
+        Place::Tcp { host, port } => Box::new(tcp::Tcp::open(host, *port, name, clock)?),
+        Place::StandardInput => Box::new(standard_input::StandardInput::open(clock)?),
+    })
+}
 
 /// Receives the bytes of a bus.
 pub trait Source: Send {
@@ -74,6 +119,21 @@ pub struct Reception {
     /// Whether the read took all that was there and the buffer before it may have been full, so that bytes may be
     /// missing that nobody counted.
     pub is_suspect: bool,
+}
+
+impl Reception {
+    /// Forgets what was received; what it allocated stays.
+    pub fn clear(&mut self) {
+        self.bytes.clear();
+        self.line_errors.clear();
+        self.is_suspect = false;
+    }
+
+    /// Takes this moment for both times.
+    fn stamp(&mut self, clock: &dyn Clock) {
+        self.ready_ns = clock.monotonic_ns();
+        self.monotonic_ns = self.ready_ns;
+    }
 }
 
 /// Counts what an adapter has seen and lost since it was opened.

@@ -68,6 +68,10 @@ pub struct Recorder {
     synced: Timestamp,
     totals: Totals,
     finished: Vec<PathBuf>,
+    /// Bytes that the disk did not take, in all parts.
+    disk_lost: u64,
+    /// Whether the last part was closed and the next begins when there is something to write.
+    is_resting: bool,
 }
 
 /// Counts the bytes of a part.
@@ -80,11 +84,12 @@ struct Totals {
 }
 
 impl Totals {
-    /// Counts as lost what the disk did not take.
-    fn lose(&mut self) {
+    /// Counts as lost what the disk did not take; returns how much that was.
+    fn lose(&mut self) -> u64 {
         let lost = std::mem::take(&mut self.unsafe_bytes);
         self.lost = self.lost.saturating_add(lost);
         self.written = self.written.saturating_sub(lost);
+        lost
     }
 }
 
@@ -109,6 +114,8 @@ impl Recorder {
             synced: Timestamp::MIN,
             totals: Totals::default(),
             finished: Vec::new(),
+            disk_lost: 0,
+            is_resting: false,
         };
         recorder.clock = recorder.channel("/clock", Schema::CLOCK, BTreeMap::new());
         recorder.open_part()?;
@@ -163,6 +170,7 @@ impl Recorder {
             return Ok(());
         }
         let time = self.time_of(bus, chunk);
+        self.wake(time)?;
         let anchor = self.begin(time)?;
         // Reads are not merged across those of another bus: they are decoded in the order of the file.
         self.flush_reads_but(bus)?;
@@ -204,6 +212,7 @@ impl Recorder {
     pub fn write_lost(&mut self, bus: BusId, lost: &Lost) -> Result<(), RecordError> {
         self.flush_reads()?;
         let time = lost.time.or(self.buses[bus.0].time).unwrap_or(YEAR_2000);
+        self.wake(time)?;
         let anchor = self.begin(time)?;
         let count = match lost.kind {
             LostKind::SourceGone => 0,
@@ -232,6 +241,7 @@ impl Recorder {
     /// When the recording cannot be written.
     pub fn write_silence(&mut self, bus: BusId, until: Timestamp) -> Result<(), RecordError> {
         self.flush_reads()?;
+        self.wake(until)?;
         let anchor = self.begin(until)?;
         let raw = RawChunk {
             stream_offset: self.buses[bus.0].offset,
@@ -283,12 +293,18 @@ impl Recorder {
     /// When the recording cannot be written.
     pub fn tick(&mut self, now: Timestamp) -> Result<(), RecordError> {
         self.flush_reads()?;
+        if self.is_resting {
+            return Ok(());
+        }
         let is_dirty = self.part.as_ref().is_some_and(Part::is_dirty);
         let is_flush_due = now - self.flushed >= FLUSH_AFTER;
         if self.part.is_none() && is_flush_due {
             self.flushed = now;
-            self.open_part()?;
-            return self.begin_part(now);
+            return self.try_part(now);
+        }
+        if is_dirty && is_flush_due && self.part.as_ref().is_some_and(Part::is_removed) {
+            self.totals.unsafe_bytes = self.totals.written;
+            return Err(self.abandon(io::Error::new(io::ErrorKind::NotFound, "the file was removed")));
         }
         if is_dirty && is_flush_due {
             self.flushed = now;
@@ -300,6 +316,57 @@ impl Recorder {
             self.guard(Part::sync)?;
         }
         self.rotate_if_due(now)
+    }
+
+    /// Closes the part if anything is in it; the next one begins when there is something to write.
+    ///
+    /// # Errors
+    /// When the recording cannot be written.
+    pub fn rest(&mut self, reason: &str) -> Result<(), RecordError> {
+        self.flush_reads()?;
+        if self.totals.written == 0 || self.part.is_none() {
+            return Ok(());
+        }
+        self.is_resting = true;
+        self.close_part(reason)
+    }
+
+    /// Begins a part after a rest.
+    fn wake(&mut self, now: Timestamp) -> Result<(), RecordError> {
+        if !std::mem::take(&mut self.is_resting) {
+            return Ok(());
+        }
+        self.open_part()?;
+        self.begin_part(now)
+    }
+
+    /// Begins a part after one that failed; when that fails, too, it leaves nothing behind.
+    fn try_part(&mut self, now: Timestamp) -> Result<(), RecordError> {
+        let before = self.part_index;
+        let result = self.open_part().and_then(|()| self.begin_part(now));
+        if let Err(RecordError { path, .. }) = &result
+            && self.part_index > before
+        {
+            // It holds nothing; that it cannot be removed changes nothing.
+            let _ = std::fs::remove_file(path);
+            self.part_index = before;
+        }
+        result
+    }
+
+    /// Returns how many bytes of buses the disk did not take so far.
+    pub fn bytes_lost_to_disk(&self) -> u64 {
+        self.disk_lost
+    }
+
+    /// Returns the parts that are finished.
+    pub fn finished(&self) -> &[PathBuf] {
+        &self.finished
+    }
+
+    /// Tells whether anything was received yet.
+    pub fn has_begun(&self) -> bool {
+        self.begun.is_some()
     }
 
     /// Ends the recording; returns the files it is in.
@@ -320,10 +387,10 @@ impl Recorder {
 
     /// Creates the file of the next part.
     fn open_part(&mut self) -> Result<(), RecordError> {
-        self.part_index += 1;
-        let path = part_path(&self.path, self.part_index);
+        let path = part_path(&self.path, self.part_index + 1);
         let is_careful = self.options.is_durable;
         let part = Part::create(&path, ".part", is_careful).map_err(|error| RecordError { path, error })?;
+        self.part_index += 1;
         self.part = Some(part);
         self.totals.written = 0;
         let previous = self.finished.last().and_then(|path| path.file_name());
@@ -424,7 +491,7 @@ impl Recorder {
         let ChannelState { topic, schema, metadata, id, sequence } = &mut self.channels[channel.0];
         let Some(part) = &mut self.part else {
             // The disk failed; until there is a new part everything is lost, and counted.
-            self.totals.lose();
+            self.disk_lost = self.disk_lost.saturating_add(self.totals.lose());
             return Ok(());
         };
         *sequence += 1;
@@ -458,7 +525,7 @@ impl Recorder {
 
     /// Gives up a part that cannot be written; what it holds stays a valid prefix.
     fn abandon(&mut self, error: io::Error) -> RecordError {
-        self.totals.lose();
+        self.disk_lost = self.disk_lost.saturating_add(self.totals.lose());
         let path = self.part.take().map_or_else(|| self.path.clone(), |part| part.temporary().to_owned());
         RecordError { path, error }
     }

@@ -340,9 +340,7 @@ impl State {
                 Item::Line { bus: &bus.name, line: settings.line, adapter_hold_ns: settings.adapter_hold_ns }
             }
             Some(Ready::Lost(bus, lost)) => Item::Lost { bus: &self.buses[*bus].name, lost: *lost },
-            Some(Ready::Silence(bus, until)) => {
-                Item::Silence { bus: &self.buses[*bus].name, until: *until }
-            }
+            Some(Ready::Silence(bus, until)) => Item::Silence { bus: &self.buses[*bus].name, until: *until },
             Some(Ready::Chunk(bus)) => Item::Chunk {
                 bus: &self.buses[*bus].name,
                 chunk: self.reads.chunk(&self.raw),

@@ -3,9 +3,9 @@
 use std::fs::File;
 use std::io::{self, Seek, Write};
 
-use super::super::printing::judge;
 use super::super::failure::Failure;
 use super::super::output::{GATHER, Output};
+use super::super::printing::judge;
 use super::super::session::Origin;
 use crate::capture::hex_heading;
 use crate::cli::{self, ExportKind, LinkKind};

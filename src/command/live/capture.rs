@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TryRecvError, TrySendError};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError};
 use std::time::Duration;
 
 use crate::decode::chunk::{LineError, LostKind};
@@ -13,6 +13,8 @@ use crate::time::{MILLISECOND, SECOND};
 /// How long a wait for bytes takes at most while a frame may be unfinished, and after that.
 const SHORT_WAIT: Duration = Duration::from_millis(20);
 const LONG_WAIT: Duration = Duration::from_millis(100);
+/// How long to wait for room.
+const FULL_WAIT: Duration = Duration::from_millis(1);
 /// How long after a byte a frame may be unfinished, in nanoseconds.
 const UNFINISHED: u64 = 250 * MILLISECOND as u64;
 /// How often the adapter is asked what it has counted, in nanoseconds.
@@ -55,7 +57,7 @@ pub(in crate::command) enum Order {
     SetLine(LineSettings),
 }
 
-/// Takes what was captured, without waiting unless its source can wait, too.
+/// Takes what was captured, without waiting.
 pub(in crate::command) trait Outlet {
     /// Takes it, or gives it back.
     fn offer(&mut self, what: Captured) -> Result<(), Refused>;
@@ -63,32 +65,11 @@ pub(in crate::command) trait Outlet {
 
 /// Says why something was not taken.
 #[derive(Debug)]
-pub(in crate::command) enum Refused {
+pub(in crate::command) enum Refused<T = Captured> {
     /// There is no room.
-    Full(Captured),
+    Full(T),
     /// Nobody takes anything any more.
     Closed,
-}
-
-/// Hands on through the queue that all captures share, with the number of the source.
-pub(in crate::command) struct Queue {
-    pub(in crate::command) source: usize,
-    pub(in crate::command) queue: SyncSender<(usize, Captured)>,
-    /// Whether to wait for room: what a pipe or a server holds back meanwhile is not lost.
-    pub(in crate::command) is_patient: bool,
-}
-
-impl Outlet for Queue {
-    fn offer(&mut self, what: Captured) -> Result<(), Refused> {
-        // What happens once is worth waiting for.
-        if self.is_patient || matches!(what, Captured::Ended(_)) {
-            return self.queue.send((self.source, what)).map_err(|_| Refused::Closed);
-        }
-        self.queue.try_send((self.source, what)).map_err(|error| match error {
-            TrySendError::Full((_, what)) => Refused::Full(what),
-            TrySendError::Disconnected(_) => Refused::Closed,
-        })
-    }
 }
 
 /// Tells what to do after a step.
@@ -104,6 +85,8 @@ pub(in crate::command) struct Capture {
     source: Box<dyn Source>,
     clock: Arc<dyn Clock>,
     reception: Reception,
+    /// Whether what finds no room can wait: what a pipe or a server holds back meanwhile is not lost.
+    is_patient: bool,
     /// What found no room and has to come before all else.
     waiting: VecDeque<Captured>,
     /// How often a source that is away was tried; `None` while it is there.
@@ -111,19 +94,23 @@ pub(in crate::command) struct Capture {
     counters: Option<Counters>,
     counted_ns: Option<u64>,
     received_ns: u64,
+    has_ended: bool,
 }
 
 impl Capture {
-    pub(in crate::command) fn new(source: Box<dyn Source>, clock: Arc<dyn Clock>) -> Self {
+    /// Captures from a source; with `is_patient`, what finds no room waits, and else is counted as lost.
+    pub(in crate::command) fn new(source: Box<dyn Source>, clock: Arc<dyn Clock>, is_patient: bool) -> Self {
         Capture {
             source,
             clock,
+            is_patient,
             reception: Reception::default(),
             waiting: VecDeque::new(),
             away: None,
             counters: None,
             counted_ns: None,
             received_ns: 0,
+            has_ended: false,
         }
     }
 
@@ -158,10 +145,22 @@ impl Capture {
 
     /// Waits for bytes once, or tries to get back a source that is away.
     pub(in crate::command) fn step(&mut self, outlet: &mut impl Outlet) -> Next {
+        if self.has_ended || (self.is_patient && !self.waiting.is_empty()) {
+            return match self.hand_over_waiting(outlet) {
+                Ok(()) if self.has_ended => Next::End,
+                Ok(()) => Next::Step,
+                Err(Refused::Closed) => Next::End,
+                Err(Refused::Full(_)) => Next::Wait(FULL_WAIT),
+            };
+        }
         if let Some(attempts) = self.away {
             return self.reopen(attempts, outlet);
         }
-        let since = self.clock.monotonic_ns().saturating_sub(self.received_ns);
+        let now = self.clock.monotonic_ns();
+        if self.counted_ns.is_none() && !self.count(now, outlet) {
+            return Next::End;
+        }
+        let since = now.saturating_sub(self.received_ns);
         let wait = if since < UNFINISHED { SHORT_WAIT } else { LONG_WAIT };
         let received = self.source.receive(wait, &mut self.reception);
         let now = self.reception.monotonic_ns;
@@ -183,10 +182,11 @@ impl Capture {
         if is_open { Next::Step } else { Next::End }
     }
 
+    /// Ends once all that waits has found room.
     fn end(&mut self, error: Option<SourceError>, outlet: &mut impl Outlet) -> Next {
+        self.has_ended = true;
         self.hand_over(Captured::Ended(error), outlet);
-        // There is nothing to receive meanwhile: all that waits has the time to find room.
-        if self.waiting.is_empty() { Next::End } else { Next::Wait(SHORT_WAIT) }
+        Next::Step
     }
 
     fn reopen(&mut self, attempts: u32, outlet: &mut impl Outlet) -> Next {
@@ -243,18 +243,12 @@ impl Capture {
 
     /// Hands over after all that waits; what finds no room waits, or is counted. Tells whether anybody listens.
     fn hand_over(&mut self, what: Captured, outlet: &mut impl Outlet) -> bool {
-        while let Some(first) = self.waiting.pop_front() {
-            match outlet.offer(first) {
-                Ok(()) => {}
-                Err(Refused::Closed) => return false,
-                Err(Refused::Full(first)) => {
-                    self.waiting.push_front(first);
-                    self.keep(what);
-                    return true;
-                }
-            }
-        }
-        match outlet.offer(what) {
+        let offered = match self.hand_over_waiting(outlet) {
+            Ok(()) => outlet.offer(what),
+            Err(Refused::Full(_)) => Err(Refused::Full(what)),
+            Err(Refused::Closed) => Err(Refused::Closed),
+        };
+        match offered {
             Ok(()) => true,
             Err(Refused::Closed) => false,
             Err(Refused::Full(what)) => {
@@ -264,12 +258,27 @@ impl Capture {
         }
     }
 
+    /// Hands over what waits, as far as there is room.
+    fn hand_over_waiting(&mut self, outlet: &mut impl Outlet) -> Result<(), Refused<()>> {
+        while let Some(first) = self.waiting.pop_front() {
+            match outlet.offer(first) {
+                Ok(()) => {}
+                Err(Refused::Closed) => return Err(Refused::Closed),
+                Err(Refused::Full(first)) => {
+                    self.waiting.push_front(first);
+                    return Err(Refused::Full(()));
+                }
+            }
+        }
+        Ok(())
+    }
+
     /// Keeps what is rare until there is room; bytes are counted, and silence will come again.
     fn keep(&mut self, what: Captured) {
         let what = match what {
             Captured::Silence(_) | Captured::Counters(_) => return,
             Captured::Read(read) if read.bytes.is_empty() => return,
-            Captured::Read(Read { monotonic_ns, bytes, .. }) => {
+            Captured::Read(Read { monotonic_ns, bytes, .. }) if !self.is_patient => {
                 Captured::Lost { monotonic_ns, kind: LostKind::Queue, count: bytes.len() as u64 }
             }
             what => what,

@@ -31,6 +31,8 @@ pub(super) enum Entry {
     Clock { monotonic_ns: u64, realtime: Timestamp },
     /// Time has passed: what is due can be done.
     Tick(Timestamp),
+    /// Nothing is written for a while: the file can be finished.
+    Rest,
 }
 
 impl Entry {
@@ -58,7 +60,7 @@ impl Entry {
             }
             Entry::Lost { bus, lost } => Item::Lost { bus, lost: *lost },
             Entry::Silence { bus, until } => Item::Silence { bus, until: *until },
-            Entry::Begin(_) | Entry::Message(_) | Entry::Clock { .. } | Entry::Tick(_) => return None,
+            _ => return None,
         })
     }
 
