@@ -18,6 +18,8 @@ mod notice;
 mod queue;
 mod ring;
 mod rows;
+#[cfg(test)]
+mod script;
 mod signals;
 mod sources;
 mod stage;
