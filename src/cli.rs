@@ -77,6 +77,9 @@ pub enum Command {
     Simulate(Simulate),
     /// Show a simulated installation with faults in it, as it happens
     Demo(Demo),
+    /// List the serial ports, with adapter, driver, latency timer, and who may open them
+    #[command(after_help = PORTS_EXAMPLES)]
+    Ports(Ports),
     /// List, show and check the profiles of devices
     Profiles(Profiles),
     /// Print what makes a shell complete rtutap's options
@@ -115,6 +118,13 @@ const MAN_EXAMPLES: &str = "\
 Examples:
   rtutap man > ~/.local/share/man/man1/rtutap.1
   rtutap man | man -l -";
+
+const PORTS_EXAMPLES: &str = "\
+Nothing is opened: whoever uses a port is not disturbed.
+
+Examples:
+  rtutap ports
+  rtutap ports --format json";
 
 const RECOVER_EXAMPLES: &str = "\
 What can be read of the file is copied; the file itself is only read.
@@ -289,6 +299,14 @@ pub struct Demo {
     /// Chooses among all possible courses of events
     #[arg(long, default_value_t = 20, value_parser = seed, allow_negative_numbers = true)]
     pub seed: u64,
+}
+
+/// Holds what `ports` is asked for.
+#[derive(Debug, Args)]
+pub struct Ports {
+    /// How to print them: for people, or a JSON object a port
+    #[arg(long, value_enum, default_value = "text")]
+    pub format: InfoFormat,
 }
 
 /// Holds what `profiles` is asked for.

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use crate::decode::chunk::{Chunk, LineError, ReadTime};
 pub use crate::decode::chunk::{Lost, LostKind};
 use crate::decode::damage::{self, Surroundings};
-use crate::decode::frame::{Damaged, Frame, Place, Role, WireTime};
+use crate::decode::frame::{Boundary, Damaged, Frame, Place, Role, WireTime};
 use crate::decode::framer::{Framer, Piece, Readings};
 use crate::decode::function::FunctionCode;
 use crate::decode::pairing::{Assembled, Choice, Item, Pairing, Part, Settled, What};
@@ -71,7 +71,7 @@ pub enum Event<'a> {
     },
 }
 
-/// A transaction whose readings are still to come.
+/// A transaction whose events are still to come.
 #[derive(Clone, Copy, Debug)]
 struct Current {
     assembled: Assembled,
@@ -82,9 +82,15 @@ struct Current {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Stage {
+    /// The frames of an exchange are still to come, with these confidences.
+    Request([f32; 2]),
+    Response(f32),
     Observe,
     Say,
-    Reading { next: usize, count: usize },
+    Reading {
+        next: usize,
+        count: usize,
+    },
 }
 
 /// Decodes one bus.
@@ -210,12 +216,16 @@ impl Pipeline {
 
     /// Takes all pieces from the framer to the pairing.
     fn pump(&mut self) {
-        while self.pump_one() {}
+        while self.pump_one(false) {}
     }
 
-    fn pump_one(&mut self) -> bool {
-        match self.framer.next_piece() {
+    /// Takes a piece from the framer; with `pairs` also a whole exchange, while nothing is current.
+    fn pump_one(&mut self, pairs: bool) -> bool {
+        match self.framer.next_piece(pairs && self.pairing.is_idle()) {
             None => return false,
+            Some(Piece::Exchange { offset, lengths, confidence }) => {
+                self.exchange(offset, lengths, confidence);
+            }
             Some(Piece::Frame { offset, length, readings, boundary, confidence }) => {
                 let bytes = self.framer.store().slice(offset, offset + 2);
                 let function = FunctionCode(bytes[1]); // a frame has at least four bytes
@@ -247,6 +257,30 @@ impl Pipeline {
         true
     }
 
+    /// Makes a request and the answer right behind it the current transaction.
+    fn exchange(&mut self, offset: u64, [request, response]: [u16; 2], confidence: [f32; 2]) {
+        let part = |id: u64, offset: u64, length: u16| {
+            let length = u32::from(length);
+            let time = self.wire_time(offset, offset + u64::from(length) - 1);
+            Part { id, offset, length, damaged: false, time }
+        };
+        let request = part(self.next_frame, offset, request);
+        let response = part(self.next_frame + 1, request.end(), response);
+        let answer = self.framer.store().slice(response.offset, response.end());
+        let (address, function) = (answer[0], FunctionCode(answer[1])); // a frame has at least four bytes
+        let outcome = if function.is_exception() { Outcome::Exception } else { Outcome::Answered };
+        self.pairing.exchanged(request.id, address);
+        self.next_frame += 2;
+        self.frame_end = Some(response.end());
+        let assembled = Assembled { request: Some(request), response: Some(response), outcome };
+        self.set_current(assembled, Stage::Request(confidence));
+    }
+
+    fn set_current(&mut self, assembled: Assembled, stage: Stage) {
+        self.current = Some(Current { assembled, id: self.next_transaction, stage });
+        self.next_transaction += 1;
+    }
+
     fn pair(&mut self, item: Item, readings: &Readings) {
         if item.time.is_none() {
             self.pairing.expire(item.at);
@@ -260,63 +294,104 @@ impl Pipeline {
         self.next_frame += 1;
         let stamper = self.framer.stamper();
         let last = offset + u64::from(length) - 1;
-        let time = stamper.byte(offset).zip(stamper.byte(last)).map(|(first, last)| {
-            let start = first.interval().shifted(-stamper.character_ns());
-            // Bytes that come faster than the line's speed allows have no sound times, but keep their order.
-            WireTime { start, end: last.interval().not_before(start) }
-        });
-        let before = offset.checked_sub(1).and_then(|before| stamper.byte(before));
-        let gap_before =
-            before.zip(time).map(|(before, time)| not_negative(before.interval().until(time.start)));
+        let time = self.wire_time(offset, last);
+        let gap_before = self.gap_before(offset, time);
         let arrival = || stamper.arrival(last).unwrap_or(self.now);
         let at = if time.is_some() { self.now } else { arrival() };
         Item { id, offset, length, time, gap_before, at, what }
     }
 
+    /// Bounds when the bytes from `first` to `last` were on the wire.
+    fn wire_time(&self, first: u64, last: u64) -> Option<WireTime> {
+        let stamper = self.framer.stamper();
+        let (first, last) = (stamper.byte(first)?, stamper.byte(last)?);
+        let start = first.interval().shifted(-stamper.character_ns());
+        // Bytes that come faster than the line's speed allows have no sound times, but keep their order.
+        Some(WireTime { start, end: last.interval().not_before(start) })
+    }
+
+    /// Bounds the silence before the byte at `offset`.
+    fn gap_before(&self, offset: u64, time: Option<WireTime>) -> Option<Span> {
+        let before = self.framer.stamper().byte(offset.checked_sub(1)?)?;
+        Some(not_negative(before.interval().until(time?.start)))
+    }
+
     /// Returns the next event. Take them all after each call that takes something in.
     pub fn poll_event(&mut self) -> Option<Event<'_>> {
-        let current = match self.current.take() {
-            Some(current) => current,
-            None => loop {
-                match self.pairing.take() {
-                    Some(Settled::Item(item, choice)) => return Some(self.item_event(item, choice)),
-                    Some(Settled::Transaction(assembled)) => {
-                        self.next_transaction += 1;
-                        break Current { assembled, id: self.next_transaction - 1, stage: Stage::Observe };
-                    }
-                    None if self.pump_one() => {}
-                    // What was decided before it was lost comes before it.
-                    None => return self.lost.take().map(Event::Lost),
-                }
-            },
-        };
-        if let Stage::Reading { next, count } = current.stage {
-            if next + 1 < count {
-                self.current = Some(Current { stage: Stage::Reading { next: next + 1, count }, ..current });
+        while self.current.is_none() {
+            match self.pairing.take() {
+                Some(Settled::Item(item, choice)) => return Some(self.item_event(item, choice)),
+                Some(Settled::Transaction(assembled)) => self.set_current(assembled, Stage::Observe),
+                None if self.pump_one(true) => {}
+                // What was decided before it was lost comes before it.
+                None => return self.lost.take().map(Event::Lost),
             }
-            return self.reading_event(&current, next);
         }
-        let transaction = transaction(self.framer.store(), &current);
+        match self.current.as_ref()?.stage {
+            Stage::Request(_) | Stage::Response(_) => self.exchange_event(),
+            Stage::Observe | Stage::Say => self.transaction_event(),
+            Stage::Reading { next, count } => self.reading_event(next, count),
+        }
+    }
+
+    /// Hands out the next frame of the current exchange.
+    fn exchange_event(&mut self) -> Option<Event<'_>> {
+        let current = self.current.as_mut()?;
+        let (part, role, confidence) = match current.stage {
+            Stage::Request([confidence, next]) => {
+                current.stage = Stage::Response(next);
+                (current.assembled.request?, Role::Request, confidence)
+            }
+            Stage::Response(confidence) => {
+                current.stage = Stage::Observe;
+                (current.assembled.response?, Role::Response, confidence)
+            }
+            _ => return None, // not called for the others
+        };
+        self.framer.store().errors(part.offset, part.end(), &mut self.line_errors);
+        let place = Place {
+            id: part.id,
+            stream_offset: part.offset,
+            bytes: self.framer.store().slice(part.offset, part.end()),
+            time: part.time,
+            gap_before: self.gap_before(part.offset, part.time),
+            line_errors: &self.line_errors,
+        };
+        Some(Event::Frame(Frame { place, role, echo: false, boundary: Boundary::Length, confidence }))
+    }
+
+    /// Tells what the current transaction says of its device, then what it means.
+    fn transaction_event(&mut self) -> Option<Event<'_>> {
+        let current = self.current.as_mut()?;
+        let transaction = transaction(self.framer.store(), current);
         // The devices learn from a transaction before it is told what it means.
         if current.stage == Stage::Observe
             && let Some(identified) = self.devices.observe(&transaction)
         {
-            self.current = Some(Current { stage: Stage::Say, ..current });
+            current.stage = Stage::Say;
             return Some(Event::Identified { identified, time: end(&transaction) });
         }
         let meaning = self.devices.meaning(&transaction);
+        let mut count = 0;
         if self.readings && matches!(transaction.outcome, Outcome::Answered | Outcome::Late) {
-            let count = meaning.readings().count();
-            let stage = Stage::Reading { next: 0, count };
-            self.current = (count > 0).then_some(Current { stage, ..current });
+            count = meaning.readings().count();
+        }
+        match count {
+            0 => self.current = None,
+            _ => current.stage = Stage::Reading { next: 0, count },
         }
         Some(Event::Transaction { transaction, meaning })
     }
 
-    fn reading_event(&self, current: &Current, index: usize) -> Option<Event<'_>> {
+    fn reading_event(&mut self, index: usize, count: usize) -> Option<Event<'_>> {
+        let current = self.current.as_mut()?;
         let transaction = transaction(self.framer.store(), current);
         let reading = self.devices.meaning(&transaction).readings().nth(index)?;
         let (address, id) = (transaction.address, transaction.id);
+        match index + 1 {
+            next if next < count => current.stage = Stage::Reading { next, count },
+            _ => self.current = None,
+        }
         Some(Event::Reading { reading, time: end(&transaction), address, transaction: id })
     }
 
@@ -355,33 +430,38 @@ fn end(transaction: &Transaction<'_>) -> Option<Timestamp> {
 
 /// Gives an assembled transaction its bytes.
 fn transaction<'a>(store: &'a Store, current: &Current) -> Transaction<'a> {
-    let Assembled { request, response, outcome } = current.assembled;
-    let side = |part: Part| Side {
+    let Assembled { request, response, outcome } = &current.assembled;
+    let side = |part: &Part| Side {
         id: part.id,
         bytes: store.slice(part.offset, part.end()),
         damaged: part.damaged,
         time: part.time,
     };
-    let (request, response) = (request.map(side), response.map(side));
+    let (request, response) = (request.as_ref().map(side), response.as_ref().map(side));
     // A good frame leads: the request's, or else the response's.
-    let good = |side: Option<Side<'a>>| side.filter(|side| !side.damaged);
-    let (lead, role) = match (good(request), good(response)) {
-        (Some(request), _) => (request.bytes, Role::Request),
-        (None, Some(response)) => (response.bytes, Role::Response),
+    let good = |side: &Option<Side<'a>>| match side {
+        Some(Side { bytes, damaged: false, .. }) => Some(*bytes),
+        _ => None,
+    };
+    let answer = good(&response);
+    let (lead, role) = match (good(&request), answer) {
+        (Some(request), _) => (request, Role::Request),
+        (None, Some(response)) => (response, Role::Response),
         (None, None) => (&[][..], Role::Unknown), // does not occur: a transaction has a good frame
     };
-    let latency = request.and_then(|r| r.time).zip(response.and_then(|r| r.time));
+    let time = |side: &Option<Side<'_>>| side.as_ref()?.time;
+    let latency = time(&request).zip(time(&response));
     Transaction {
         id: current.id,
         address: lead.first().copied().unwrap_or_default(),
         function: FunctionCode(lead.get(1).copied().unwrap_or_default()).without_exception(),
         start_register: pdu::start_register(lead, role),
         quantity: pdu::quantity(lead, role),
-        outcome,
-        exception_code: good(response).and_then(|side| pdu::exception_code(side.bytes)),
+        outcome: *outcome,
+        exception_code: answer.and_then(pdu::exception_code),
+        latency: latency.map(|(request, response)| not_negative(request.end.until(response.start))),
         request,
         response,
-        latency: latency.map(|(request, response)| not_negative(request.end.until(response.start))),
     }
 }
 

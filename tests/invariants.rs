@@ -11,7 +11,7 @@ use std::sync::Arc;
 use proptest::prelude::*;
 use rtutap::decode::chunk::{Chunk, ReadTime};
 use rtutap::decode::frame::Place;
-use rtutap::decode::framer::{Framer, Piece};
+use rtutap::decode::framer::Framer;
 use rtutap::line::LineSettings;
 use rtutap::pipeline::{Event, Pipeline};
 use rtutap::simulate::{Adapter, Scenario};
@@ -104,7 +104,7 @@ fn check_rows(mut pipeline: Pipeline, reads: &[Read]) {
 fn most_undecided(reads: &[Read]) -> u64 {
     let mut framer = Framer::new(LineSettings::default(), None, Arc::new(profiles().shapes()));
     let take = |framer: &mut Framer| {
-        while let Some(Piece::Frame { .. } | Piece::Junk { .. }) = framer.next_piece() {}
+        while framer.next_piece(false).is_some() {}
         framer.undecided()
     };
     let mut most = 0;

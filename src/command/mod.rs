@@ -13,6 +13,7 @@ mod live;
 mod man;
 mod message;
 mod output;
+mod ports;
 mod printing;
 mod profiles;
 mod progress;
@@ -64,6 +65,7 @@ fn run_command(cli: &mut Cli) -> Result<(), Failure> {
         Command::Recover(args) => recover::run(args),
         Command::Simulate(args) => simulate::run(args),
         Command::Demo(args) => demo::run(args, cli.verbose),
+        Command::Ports(args) => ports::run(args),
         Command::Profiles(args) => profiles::run(args),
         Command::Completions(_) | Command::Man => Ok(()),
     }

@@ -35,17 +35,10 @@ pub(super) struct SerialNumber<'a> {
 }
 
 impl<'a> Exchange<'a> {
-    /// Reads what a transaction tells; `None` when nothing was accepted.
+    /// Reads what an accepted transaction tells.
     ///
     /// Without an entry no profile declares its function and start register.
-    pub(super) fn read(
-        profiles: &'a Profiles,
-        entry: Option<&'a Entry>,
-        t: &Transaction<'a>,
-    ) -> Option<Self> {
-        if !is_accepted(t) {
-            return None;
-        }
+    pub(super) fn read(profiles: &'a Profiles, entry: Option<&'a Entry>, t: &Transaction<'a>) -> Self {
         let declaring = entry.map(|entry| entry.declaring).unwrap_or_default();
         let none = Set::default();
         let mut exchange =
@@ -53,7 +46,7 @@ impl<'a> Exchange<'a> {
         if let Some(entry) = entry.filter(|entry| entry.is_telling) {
             exchange.look_closer(entry, t);
         }
-        Some(exchange)
+        exchange
     }
 
     fn look_closer(&mut self, entry: &'a Entry, t: &Transaction<'a>) {
@@ -122,7 +115,7 @@ fn field<'a>(command: &'a Command, t: &Transaction<'a>, side: Role, name: &str) 
 }
 
 /// Tells whether a device accepted the request; a damaged side has an outcome of its own.
-fn is_accepted(t: &Transaction<'_>) -> bool {
+pub(super) fn is_accepted(t: &Transaction<'_>) -> bool {
     matches!(t.outcome, Outcome::Answered | Outcome::Late) && t.request.is_some() && t.response.is_some()
 }
 

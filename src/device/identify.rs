@@ -13,10 +13,11 @@ use thiserror::Error;
 use crate::decode::transaction::Transaction;
 
 use super::derive::Environment;
-use super::exchange::Exchange;
+use super::exchange::{Exchange, is_accepted};
 use super::known::{Known, Learnt};
 use super::meaning::Meaning;
 use super::registry::{Profiles, Set};
+use super::routine::Routines;
 use crate::section::nearest;
 
 /// Says that the device of an address has become known, or is another than before.
@@ -60,13 +61,14 @@ pub struct Devices {
     /// One for each address.
     known: Box<[Known; 256]>,
     moved: Option<Move>,
+    routines: Routines,
 }
 
 impl Devices {
     /// Starts with nothing known.
     pub fn new(profiles: Arc<Profiles>, environment: Environment) -> Self {
         let known = Box::new(std::array::from_fn(|_| Known::default()));
-        Devices { profiles, environment, known, moved: None }
+        Devices { profiles, environment, known, moved: None, routines: Routines::new() }
     }
 
     /// Says what the device at an address is, whatever the traffic shows.
@@ -84,6 +86,7 @@ impl Devices {
             return Err(UnknownDevice { device: device.to_owned(), hint });
         };
         self.known[usize::from(address)].assign(index);
+        self.routines.forget();
         Ok(())
     }
 
@@ -108,13 +111,22 @@ impl Devices {
         if t.address == 0 || self.profiles.is_service_address(t.address) {
             return None; // no single device answers there
         }
-        let entry = self.profiles.entry(t.function.0, t.start_register?);
-        let exchange = Exchange::read(&self.profiles, entry, t)?;
+        if !is_accepted(t) || self.routines.knows(t) {
+            return None;
+        }
+        let index = self.profiles.find(t.function.0, t.start_register?);
+        let entry = index.and_then(|index| self.profiles.entry(index));
+        let exchange = Exchange::read(&self.profiles, entry, t);
         let known = &mut self.known[usize::from(t.address)];
-        let was_unknown = known.is_unknown();
+        let before = known.clone();
         let learnt = known.learn(&exchange);
+        if *known != before {
+            self.routines.forget();
+        } else if entry.is_none_or(|entry| !entry.is_telling) {
+            self.routines.remember(t, index);
+        }
         let to = exchange.new_address.filter(|&to| to != t.address && known.may_obey(&exchange));
-        if let Some(to) = to.filter(|&to| !was_unknown || self.known[usize::from(to)].is_unknown()) {
+        if let Some(to) = to.filter(|&to| !before.is_unknown() || self.known[usize::from(to)].is_unknown()) {
             return self.relocate(t, to);
         }
         let known = &mut self.known[usize::from(t.address)];
@@ -127,6 +139,7 @@ impl Devices {
     fn relocate(&mut self, t: &Transaction<'_>, to: u8) -> Option<Identified> {
         let moved = self.known[usize::from(t.address)].leave();
         self.known[usize::from(to)].arrive(moved);
+        self.routines.forget();
         self.moved = Some(Move { transaction: t.id, from: t.address, to });
         let identified = self.identified(to, t)?;
         let before = Some(&identified.evidence).filter(|before| !before.is_empty());
@@ -154,10 +167,13 @@ impl Devices {
             _ => t.address,
         };
         let known = &self.known[usize::from(address)];
-        let mut meaning = Meaning::new(&self.profiles, self.environment, t);
+        let index = || self.profiles.find(t.function.0, t.start_register?);
+        let entry = self.routines.entry(t).unwrap_or_else(index);
+        let entry = entry.and_then(|index| self.profiles.entry(index));
+        let mut meaning = Meaning::new(&self.profiles, entry, self.environment, t);
         let declaring = meaning.entry.map(|entry| entry.declaring).unwrap_or_default();
         // What the user said of the old address holds for the acknowledgement that leaves it.
-        meaning.device = self.known[usize::from(t.address)].device().or(known.device());
+        meaning.device = self.known[usize::from(t.address)].device().or_else(|| known.device());
         meaning.candidates =
             if meaning.device.is_some() { Set::default() } else { known.candidates(declaring) };
         meaning.serial_number = known.serial_number();

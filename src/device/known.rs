@@ -16,7 +16,7 @@ enum Basis {
 }
 
 /// Holds what is known about one address.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Known {
     /// What the user said.
     assigned: Option<usize>,

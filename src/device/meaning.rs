@@ -44,8 +44,14 @@ pub struct Likely<'a> {
 
 impl<'a> Meaning<'a> {
     /// Finds what the profiles say of a transaction; nothing is known of its device yet.
-    pub(super) fn new(profiles: &'a Profiles, environment: Environment, t: &Transaction<'a>) -> Self {
-        let entry = t.start_register.and_then(|register| profiles.entry(t.function.0, register));
+    ///
+    /// `entry` is what they declare for its function and start register.
+    pub(super) fn new(
+        profiles: &'a Profiles,
+        entry: Option<&'a Entry>,
+        environment: Environment,
+        t: &Transaction<'a>,
+    ) -> Self {
         Meaning {
             profiles,
             environment,

@@ -22,6 +22,7 @@ mod parse;
 mod problem;
 mod profile;
 mod registry;
+mod routine;
 mod serial_number;
 mod value;
 

@@ -192,10 +192,15 @@ impl Profiles {
         self.list.get(index).map(|(id, _)| id)
     }
 
-    pub(super) fn entry(&self, function: u8, start_register: u16) -> Option<&Entry> {
+    /// Returns the index of what is declared for a function and start register.
+    pub(super) fn find(&self, function: u8, start_register: u16) -> Option<usize> {
         let key = (function, start_register);
-        let found = self.entries.binary_search_by_key(&key, |entry| (entry.function, entry.start_register));
-        self.entries.get(found.ok()?)
+        self.entries.binary_search_by_key(&key, |entry| (entry.function, entry.start_register)).ok()
+    }
+
+    /// Returns what is declared, by its index.
+    pub(super) fn entry(&self, index: usize) -> Option<&Entry> {
+        self.entries.get(index)
     }
 
     pub(super) fn command(&self, declared: &Declared) -> Option<&Command> {
@@ -323,7 +328,7 @@ mod tests {
         profiles.add(Profile::from_toml(text, "mine.toml").expect("a profile"));
         assert_eq!(profiles.iter().count(), 3);
         assert_eq!(profiles.get("yosemitech-do").map(|profile| &*profile.name), Some("mine"));
-        assert!(profiles.entry(16, 0x2700).is_none(), "the index follows");
+        assert!(profiles.find(16, 0x2700).is_none(), "the index follows");
     }
 
     #[test]

@@ -23,8 +23,8 @@ pub struct Info {
     lost: u64,
     /// Counts by outcome, in the order of its declaration.
     outcomes: [u64; Outcome::ALL.len()],
-    /// By bus and unit address.
-    units: BTreeMap<String, BTreeMap<u8, Unit>>,
+    /// By bus, in the order of their names, and unit address.
+    units: Vec<(String, BTreeMap<u8, Unit>)>,
     /// For each bus of each input its line settings, and its first and last time.
     inputs: Vec<Stretch>,
     /// How long bytes were on the wire, over all inputs with times.
@@ -153,12 +153,12 @@ impl Info {
     }
 
     fn unit(&mut self, bus: &str, address: u8) -> &mut Unit {
-        // The name is copied once a bus, not once a transaction.
-        if !self.units.contains_key(bus) {
-            self.units.insert(bus.to_owned(), BTreeMap::new());
-        }
-        let units = self.units.get_mut(bus).expect("inserted just above");
-        units.entry(address).or_default()
+        let found = self.units.binary_search_by(|(known, _)| known.as_str().cmp(bus));
+        let at = found.unwrap_or_else(|at| {
+            self.units.insert(at, (bus.to_owned(), BTreeMap::new()));
+            at
+        });
+        self.units[at].1.entry(address).or_default()
     }
 
     /// Returns all units with their bus and address.

@@ -2,7 +2,7 @@
 //!
 //! A value from a float keeps its decimal point or exponent (17.0, 1e20); whole numbers have none.
 
-use std::io::Write;
+use std::fmt::Write;
 
 use super::Format;
 use super::columns::{self, Cell, Cells, Key};
@@ -12,7 +12,7 @@ use crate::pipeline::Event;
 /// Writes JSON lines.
 #[derive(Debug, Default)]
 pub struct Json {
-    scratch: Vec<u8>,
+    scratch: String,
     remark: Option<&'static str>,
 }
 
@@ -46,10 +46,12 @@ impl Format for Json {
 /// Is an object being written; a comma stands before each key.
 struct Object<'a> {
     out: &'a mut Vec<u8>,
-    scratch: &'a mut Vec<u8>,
+    scratch: &'a mut String,
 }
 
 impl Cells for Object<'_> {
+    // Inlined, most of it is known beforehand: the key's length, and the kind of cell.
+    #[inline(always)]
     fn cell(&mut self, key: Key, worth: Cell<'_>) {
         self.out.extend_from_slice(key.quoted.as_bytes());
         cell(&worth, self.out, self.scratch);
@@ -57,7 +59,8 @@ impl Cells for Object<'_> {
 }
 
 /// Writes what a cell is worth.
-pub(super) fn cell(cell: &Cell<'_>, out: &mut Vec<u8>, scratch: &mut Vec<u8>) {
+#[inline(always)]
+pub(super) fn cell(cell: &Cell<'_>, out: &mut Vec<u8>, scratch: &mut String) {
     match *cell {
         Cell::Null => out.extend_from_slice(b"null"),
         Cell::Name(name) => quote_plain(name, out),
@@ -86,7 +89,7 @@ pub(super) fn cell(cell: &Cell<'_>, out: &mut Vec<u8>, scratch: &mut Vec<u8>) {
     }
 }
 
-fn fields(meaning: &Meaning<'_>, scratch: &mut Vec<u8>, out: &mut Vec<u8>) {
+fn fields(meaning: &Meaning<'_>, scratch: &mut String, out: &mut Vec<u8>) {
     list(meaning.fields(), out, |field: Field<'_>, out| {
         out.extend_from_slice(b"{\"name\":");
         quote(field.name, out);
@@ -94,9 +97,8 @@ fn fields(meaning: &Meaning<'_>, scratch: &mut Vec<u8>, out: &mut Vec<u8>) {
         value(&field.value, out);
         out.extend_from_slice(b",\"text\":");
         scratch.clear();
-        // Writing to memory cannot fail, and what `Display` wrote is UTF-8.
-        let _ = write!(scratch, "{field}");
-        quote(str::from_utf8(scratch).unwrap_or_default(), out);
+        let _ = write!(scratch, "{field}"); // writing to memory cannot fail
+        quote(scratch, out);
         out.extend_from_slice(b",\"unit\":");
         match field.unit {
             Some(unit) => quote(unit, out),
@@ -166,19 +168,25 @@ fn quote_plain(name: &'static str, out: &mut Vec<u8>) {
 }
 
 fn quote(text: &str, out: &mut Vec<u8>) {
-    // Without a way out of the loop it is a few vector instructions.
-    let escapes = |found: bool, &byte: &u8| found | (byte < b' ') | (byte == b'"') | (byte == b'\\');
-    if !text.as_bytes().iter().fold(false, escapes) {
+    if text.bytes().any(|byte| ESCAPED[usize::from(byte)]) {
+        let _ = serde_json::to_writer(out, text); // a string into memory cannot fail
+    } else {
         out.reserve(text.len() + 2);
         out.push(b'"');
         out.extend_from_slice(text.as_bytes());
-        return out.push(b'"'); // nothing to escape, as nearly always
-    }
-    if text.bytes().all(|c| c >= b' ' && c != b'"' && c != b'\\') {
         out.push(b'"');
-        out.extend_from_slice(text.as_bytes());
-        out.push(b'"');
-    } else {
-        let _ = serde_json::to_writer(out, text); // a string into memory cannot fail
     }
 }
+
+/// The bytes that cannot stand in a JSON string as they are (RFC 8259, section 7).
+static ESCAPED: [bool; 256] = {
+    let mut table = [false; 256];
+    let mut byte = 0;
+    while byte < b' ' as usize {
+        table[byte] = true;
+        byte += 1;
+    }
+    table[b'"' as usize] = true;
+    table[b'\\' as usize] = true;
+    table
+};

@@ -297,7 +297,7 @@ fn bytes(cell: &Cell<'_>) -> Option<Vec<u8>> {
         Cell::Bytes(bytes) => Some(bytes.to_vec()),
         Cell::Candidates(_) | Cell::Fields(_) => {
             let mut text = Vec::new();
-            json::cell(cell, &mut text, &mut Vec::new());
+            json::cell(cell, &mut text, &mut String::new());
             Some(text)
         }
         _ => None,

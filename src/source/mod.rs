@@ -40,13 +40,9 @@ pub use spec::{Place, Spec, SpecError};
 ///
 /// # Errors
 /// When it is not there, may not be opened, is in use, or refuses the line settings.
-pub fn open(
-    place: &Place,
-    line: LineSettings,
-    clock: Arc<dyn Clock>,
-) -> Result<Box<dyn Source>, SourceError> {
-    let name = place.to_string();
-    Ok(match place {
+pub fn open(spec: &Spec, line: LineSettings, clock: Arc<dyn Clock>) -> Result<Box<dyn Source>, SourceError> {
+    let name = spec.place.to_string();
+    Ok(match &spec.place {
         #[cfg(target_os = "linux")]
         Place::Serial(device) => {
             let host = serial::host::Host::below(std::path::Path::new("/"));

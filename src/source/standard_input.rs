@@ -122,7 +122,10 @@ mod tests {
         assert!(reception.ready_ns > 0 && reception.ready_ns <= reception.monotonic_ns);
         assert_eq!(source.receive(Duration::ZERO, &mut reception).expect("a wait"), Received::Silence);
         assert!(reception.bytes.is_empty(), "old content goes");
+        writer.write_all(b"last").expect("room");
         drop(writer);
+        assert_eq!(source.receive(long, &mut reception).expect("bytes"), Received::Bytes);
+        assert_eq!(reception.bytes, b"last", "what was written before the end");
         assert_eq!(source.receive(long, &mut reception).expect("an end"), Received::Ended);
     }
 }

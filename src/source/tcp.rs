@@ -232,3 +232,99 @@ fn refused(name: &str, port: u16, error: io::Error) -> SourceError {
     };
     SourceError { hint, ..SourceError::new(name, "connect to", error) }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::io::Write;
+    use std::net::TcpListener;
+
+    use super::super::SystemClock;
+    use super::*;
+
+    const LONG: Duration = Duration::from_secs(20);
+
+    fn server() -> (TcpListener, u16) {
+        let server = TcpListener::bind("127.0.0.1:0").expect("a port");
+        let port = server.local_addr().expect("an address").port();
+        (server, port)
+    }
+
+    fn open(host: &str, port: u16) -> Result<Tcp, SourceError> {
+        Tcp::open(host, port, format!("tcp://{host}:{port}"), Arc::new(SystemClock))
+    }
+
+    fn refusal(host: &str, port: u16) -> SourceError {
+        let Err(error) = open(host, port) else { panic!("{host}:{port} accepts") };
+        error
+    }
+
+    fn receive(source: &mut Tcp) -> (Received, Vec<u8>) {
+        let mut reception = Reception::default();
+        let received = source.receive(LONG, &mut reception).expect("no failure");
+        (received, reception.bytes)
+    }
+
+    #[test]
+    fn a_server_gives_its_bytes_as_they_are_and_is_gone_when_it_closes() {
+        let (server, port) = server();
+        let mut source = open("127.0.0.1", port).expect("it accepts");
+        let (mut peer, _) = server.accept().expect("a client");
+        peer.write_all(&[0x01, 0xff, 0xff, 0x00]).expect("room");
+        assert_eq!(receive(&mut source), (Received::Bytes, vec![0x01, 0xff, 0xff, 0x00]));
+        let mut reception = Reception::default();
+        assert_eq!(source.receive(Duration::ZERO, &mut reception).expect("a wait"), Received::Silence);
+        drop(peer);
+        assert_eq!(receive(&mut source), (Received::Gone, vec![]));
+        assert_eq!(receive(&mut source), (Received::Gone, vec![]), "and stays so");
+    }
+
+    #[test]
+    fn a_server_that_comes_back_is_found_again_without_waiting_for_it() {
+        let (server, port) = server();
+        let mut source = open("127.0.0.1", port).expect("it accepts");
+        drop(server.accept().expect("a client"));
+        drop(server);
+        assert_eq!(receive(&mut source).0, Received::Gone);
+        let error = source.reopen().expect_err("nobody is there");
+        assert!(
+            error.to_string().starts_with(&format!("cannot connect to 'tcp://127.0.0.1:{port}': ")),
+            "{error}"
+        );
+
+        let server = TcpListener::bind(("127.0.0.1", port)).expect("the port of before");
+        // An attempt may find the one before still under way.
+        let attempts = (0..1000).find(|_| source.reopen().is_ok());
+        assert!(attempts.is_some(), "it listens again");
+        let (mut peer, _) = server.accept().expect("a client");
+        peer.write_all(&[5]).expect("room");
+        assert_eq!(receive(&mut source), (Received::Bytes, vec![5]));
+    }
+
+    #[test]
+    fn a_dead_server_is_noticed_although_nobody_sends_to_it() {
+        let (server, port) = server();
+        let source = open("127.0.0.1", port).expect("it accepts");
+        let _peer = server.accept().expect("a client");
+        let Link::Up(stream) = &source.link else { panic!("connected") };
+        let socket = socket2::SockRef::from(stream);
+        assert!(socket.keepalive().expect("an option"));
+        assert_eq!(socket.tcp_keepalive_time().expect("an option"), Duration::from_secs(10));
+    }
+
+    #[test]
+    fn a_name_without_address_and_a_port_without_listener_are_told_apart() {
+        let (server, port) = server();
+        drop(server);
+        let error = refusal("127.0.0.1", port);
+        assert!(error.to_string().contains("refused"), "{error}");
+        let hint = error.hint.expect("a hint");
+        assert!(hint.starts_with(&format!("nothing listens on port {port}: is the server on")), "{hint}");
+
+        // RFC 6761 keeps .invalid for names that never resolve.
+        let error = refusal("no-such-server.invalid", port);
+        assert!(
+            error.to_string().contains("the name 'no-such-server.invalid' cannot be resolved"),
+            "{error}"
+        );
+    }
+}

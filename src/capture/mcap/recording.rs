@@ -5,11 +5,14 @@
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 
+use mcap::MAGIC;
+
 use super::index::{Index, Plan};
 use super::messages::{Content, Damage, Messages};
 use super::state::{Bus, State};
 use super::time::Anchor;
 use crate::capture::Item;
+use crate::capture::origin::is_mcap;
 use crate::decode::chunk::{Lost, LostKind};
 use crate::time::Timestamp;
 
@@ -275,11 +278,17 @@ pub struct Preface {
 }
 
 impl Preface {
-    /// Reads what stands before the first bytes of a file.
+    /// Reads what stands before the first bytes of a file; a file that is no MCAP says nothing.
     ///
     /// # Errors
     /// When the system cannot read it.
-    pub fn read(file: File) -> io::Result<Self> {
+    pub fn read(mut file: File) -> io::Result<Self> {
+        let mut magic = Vec::new();
+        (&mut file).take(MAGIC.len() as u64).read_to_end(&mut magic)?;
+        if !is_mcap(&magic) {
+            return Ok(Preface::default());
+        }
+        file.rewind()?;
         let mut messages = Messages::new(file);
         let mut preface = Preface::default();
         let mut state = State::default();

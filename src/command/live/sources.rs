@@ -43,7 +43,7 @@ pub(in crate::command) fn open(args: &cli::Live, clock: &Arc<dyn Clock>) -> Resu
     }
     let mut opened = Vec::new();
     for (spec, bus) in args.sources.iter().zip(names) {
-        let source = source::open(&spec.place, line, Arc::clone(clock))?;
+        let source = source::open(spec, line, Arc::clone(clock))?;
         opened.push(Opened {
             name: spec.place.to_string(),
             settings: settings(&*source, bus, line),

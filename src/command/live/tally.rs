@@ -22,13 +22,13 @@ pub(in crate::command) struct Tally {
     pub(in crate::command) line_errors: u64,
     /// Bytes that are missing, as far as anybody counted.
     pub(in crate::command) lost: u64,
-    buses: Vec<BusTally>,
+    pub(super) buses: Vec<BusTally>,
     /// Each second, how long all buses together had been busy until then, in nanoseconds.
-    seconds: VecDeque<(Timestamp, i64)>,
+    pub(super) seconds: VecDeque<(Timestamp, i64)>,
 }
 
 #[derive(Debug)]
-struct BusTally {
+pub(super) struct BusTally {
     name: String,
     character_ns: i64,
     busy_ns: i64,

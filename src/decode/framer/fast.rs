@@ -86,8 +86,9 @@ fn plain_answer(
         oddity: Oddity::None,
     };
     let begin = context.begin(offset);
-    let (kind, reading) = readings(Some(outstanding), 0, candidate, frame, begin, context)[0]?;
-    let score = score::frame(candidate, frame, context.experience) + reading;
+    let since = begin.zip(outstanding.end).map(|(begin, end)| begin - end);
+    let (reading, fit) = score::response(Some(outstanding), 0, candidate, frame, since, context.experience);
+    let (kind, score) = (Kind::Response(fit), score::frame(candidate, frame, context.experience) + reading);
     let rival = score::JUNK_OPEN + score::JUNK_BYTE + score::BEST_TAIL;
     let edge = FrameEdge { offset, length: length as u16, kind, boundary: Boundary::Length, score };
     let readings = Readings { request: None, response: Some(candidate) };
@@ -117,30 +118,38 @@ fn shortest_good(list: &[Candidate], bytes: &[u8]) -> Option<usize> {
 
 /// Tells whether a frame may begin inside the bytes and be whole, or whole but for a last 00.
 fn hides_frame(bytes: &[u8], context: &Context<'_>) -> bool {
-    let trusts_any = context.experience.trusts_any();
+    let ruled_out = if context.experience.trusts_any() { Class::None } else { Class::AnyLength };
     // The shortest hidden frame is one byte short of the four that a frame has at least.
-    let inner = bytes.windows(MIN_FRAME - 1).enumerate().skip(1);
-    inner.into_iter().any(|(at, head)| match CLASS[usize::from(head[1])] {
-        Class::None => false,
-        Class::AnyLength => trusts_any && may_end(&bytes[at..], context),
-        Class::Exception => {
-            matches!(head[2], 1..=0x7F) && bytes.len() - at >= 4 && may_end(&bytes[at..], context)
-        }
-        Class::Read => {
-            let shortest = (5 + usize::from(head[2])).min(8);
-            bytes.len() - at + 1 >= shortest && may_end(&bytes[at..], context)
-        }
-        Class::Other => may_end(&bytes[at..], context),
+    (2..bytes.len().saturating_sub(1)).any(|at| {
+        let class = CLASS[usize::from(bytes[at])];
+        class > ruled_out && may_be_frame(class, &bytes[at - 1..], context)
     })
 }
 
+/// Tells whether at least three bytes may be a frame whose function code is of this class, or all but its last 00.
+fn may_be_frame(class: Class, bytes: &[u8], context: &Context<'_>) -> bool {
+    match class {
+        Class::None => false,
+        Class::Exception => {
+            let [address, function, code @ 1..=0x7F, low, ref rest @ ..] = *bytes else { return false };
+            let high = rest.first().copied().unwrap_or(0);
+            crc::checksum(&[address, function, code]) == u16::from_le_bytes([low, high])
+        }
+        Class::Read => {
+            let shortest = (5 + usize::from(bytes[2])).min(8);
+            bytes.len() + 1 >= shortest && may_end(bytes, context)
+        }
+        Class::AnyLength | Class::Other => may_end(bytes, context),
+    }
+}
+
 /// Sorts function codes by what rules a hidden frame out at a glance.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq, PartialOrd)]
 enum Class {
     None,
+    AnyLength,
     Read,
     Exception,
-    AnyLength,
     Other,
 }
 

@@ -85,10 +85,10 @@ impl Lattice {
         self.requests.clear();
         self.requests.extend(outstanding);
         self.starts.clear();
-        let mut root = Node::EMPTY;
         let outstanding = if self.requests.is_empty() { NOTHING } else { 0 };
+        let root = &mut self.nodes[0]; // there always is a root
+        root.len = 0;
         root.offer(Entry { alive: true, outstanding, ..Node::EMPTY.entries[0] });
-        self.nodes[0] = root;
     }
 
     /// Takes in the next byte.

@@ -60,6 +60,15 @@ pub enum Piece {
         /// From 0 to 0.99.
         confidence: f32,
     },
+    /// A request and its answer, both beyond doubt at once: by far the commonest.
+    Exchange {
+        /// Stream offset of the request's address.
+        offset: u64,
+        /// Bytes of the request and of the answer right behind it.
+        lengths: [u16; 2],
+        /// Likewise, from 0 to 0.99.
+        confidence: [f32; 2],
+    },
     /// Bytes that belong to no frame.
     Junk {
         /// Stream offset of the first.
@@ -163,7 +172,9 @@ impl Framer {
     }
 
     /// Decides what the bytes so far allow, and returns the next piece, in stream order.
-    pub fn next_piece(&mut self) -> Option<Piece> {
+    ///
+    /// Without `pairs` a request and its answer are pieces of their own.
+    pub fn next_piece(&mut self, pairs: bool) -> Option<Piece> {
         loop {
             if let Some(piece) = self.pieces.pop_front() {
                 return Some(piece);
@@ -173,7 +184,7 @@ impl Framer {
             {
                 let asks = outstanding.is_none();
                 if asks && let Some((edge, readings)) = self.recall() {
-                    return Some(self.take_short_cut(edge, readings));
+                    return Some(self.take_request(edge, readings, pairs));
                 }
                 match fast::glance(self.lattice.root(), outstanding, &context!(self)) {
                     Glance::Frame(edge, readings) => {
@@ -230,6 +241,29 @@ impl Framer {
         {
             self.polled.remember(bytes, self.experience.epoch(), edge.score, readings);
         }
+    }
+
+    /// Hands over a request that the lattice need not see, with its answer where that is as plain.
+    fn take_request(&mut self, edge: FrameEdge, readings: Readings, pairs: bool) -> Piece {
+        let (Some(asked), true) = (&readings.request, pairs) else {
+            return self.take_short_cut(edge, readings);
+        };
+        self.learn(edge, None);
+        let answer = match fast::glance(edge.end(), Some(&asked.outstanding), &context!(self)) {
+            Glance::Frame(answer, Readings { request: None, response: Some(_) })
+                if answer.kind == Kind::Response(Fit::Full) =>
+            {
+                answer
+            }
+            _ => {
+                self.lattice.skip(edge.end(), Some(asked.outstanding));
+                return self.piece(edge, readings);
+            }
+        };
+        self.learn(answer, Some(asked.outstanding));
+        self.lattice.skip(answer.end(), None);
+        let confidence = [self.confidence(edge), self.confidence(answer)];
+        Piece::Exchange { offset: edge.offset, lengths: [edge.length, answer.length], confidence }
     }
 
     /// Hands over a frame that the lattice need not see.
@@ -356,16 +390,15 @@ impl Framer {
     }
 
     fn piece(&mut self, edge: FrameEdge, readings: Readings) -> Piece {
+        let FrameEdge { offset, length, boundary, .. } = edge;
+        Piece::Frame { offset, length, readings, boundary, confidence: self.confidence(edge) }
+    }
+
+    fn confidence(&mut self, edge: FrameEdge) -> f32 {
         let last = &mut self.confidence[usize::from(matches!(edge.kind, Kind::Response(_)))];
         if last.0 != edge.score {
             *last = (edge.score, score::confidence(edge.score));
         }
-        Piece::Frame {
-            offset: edge.offset,
-            length: edge.length,
-            readings,
-            boundary: edge.boundary,
-            confidence: last.1,
-        }
+        last.1
     }
 }

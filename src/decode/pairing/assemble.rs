@@ -88,6 +88,16 @@ impl Assembler {
         self.open.iter().map(Open::closes).min()
     }
 
+    /// Tells whether no request is open and no transaction waits.
+    pub fn is_idle(&self) -> bool {
+        self.open.is_empty() && self.ready.is_empty()
+    }
+
+    /// Forgets the run before: a request and its answer came by.
+    pub fn exchanged(&mut self) {
+        self.run_before = None;
+    }
+
     /// Takes in an item with what was decided of it; `address` is its first byte.
     pub fn push(&mut self, item: &Item, choice: Choice, address: u8) {
         let run_before = self.run_before.take();

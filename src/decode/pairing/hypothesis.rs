@@ -237,6 +237,18 @@ impl Beam {
         choice
     }
 
+    /// Tells whether nothing is open and no request can be answered any more.
+    pub fn is_idle(&self) -> bool {
+        self.requests.0.is_empty() && matches!(self.hypotheses.as_slice(), [only] if only.choices.is_empty())
+    }
+
+    /// Notes the answer to a request, as reading both would while nothing is open.
+    pub fn exchanged(&mut self, request: u64, address: u8) {
+        if let [only] = self.hypotheses.as_mut_slice() {
+            only.state = State { answered: Some((address, request)), ..State::default() };
+        }
+    }
+
     fn at_once(&mut self, view: &View<'_>) -> Option<Choice> {
         let [only] = self.hypotheses.as_mut_slice() else { return None };
         if !only.choices.is_empty() {

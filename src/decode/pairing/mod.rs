@@ -51,6 +51,20 @@ impl Pairing {
         }
     }
 
+    /// Tells whether nothing is open or waiting: whatever comes next is decided by itself.
+    pub fn is_idle(&self) -> bool {
+        self.settled.is_empty()
+            && self.undecided.is_empty()
+            && self.beam.is_idle()
+            && self.assembler.is_idle()
+    }
+
+    /// Takes in a request and the answer right behind it, by its address, while it is idle: nothing stays open.
+    pub fn exchanged(&mut self, request: u64, address: u8) {
+        self.beam.exchanged(request, address);
+        self.assembler.exchanged();
+    }
+
     fn settle(&mut self, forced: bool) {
         while let Some(choice) = self.beam.settle(forced) {
             let Some((item, address)) = self.undecided.pop_front() else { return };

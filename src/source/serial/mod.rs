@@ -33,8 +33,11 @@ pub(super) use list::ports;
 
 /// What the kernel keeps of a terminal's input, in bytes (`N_TTY_BUF_SIZE` of drivers/tty/n_tty.c).
 const RING: usize = 4096;
-/// How many bytes read at once mean that the ring was full: it keeps one place free.
-const FULL: usize = RING - 1;
+/// From how many bytes at once the kernel may have told the driver to stop, so that the adapter lost some.
+///
+/// It does so with room for fewer than 128 characters (n_tty.c), each counted as the three bytes that a mark takes;
+/// with marks a ring holds 4093 plain bytes, as measured on Linux 6.18.
+const SUSPECT: usize = RING - 3 * 128;
 
 /// Receives from a serial port.
 pub(super) struct Serial {
@@ -147,7 +150,7 @@ impl Source for Serial {
                 self.port = None; // closed at once, or the adapter's name stays taken
                 return Ok(Received::Gone);
             }
-            reception.is_suspect |= count >= FULL;
+            reception.is_suspect |= count >= SUSPECT;
             let raw = self.buffer.get(..count).unwrap_or_default();
             self.marks.undo(raw, &mut reception.bytes, &mut reception.line_errors);
         }
