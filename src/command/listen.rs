@@ -50,6 +50,7 @@ pub(super) fn run(args: &cli::Listen, verbose: bool) -> Result<(), Failure> {
         anchor,
         rows: Some((printing, output)),
         recording,
+        info: None,
         status: Status::new(false, true),
         stop,
         duration_ns: None,

@@ -47,6 +47,7 @@ pub(super) fn run(args: &cli::Record) -> Result<(), Failure> {
         anchor,
         rows: None,
         recording: Some(recording),
+        info: None,
         status: Status::new(true, decodes),
         stop,
         duration_ns: None,

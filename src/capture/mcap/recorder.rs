@@ -72,6 +72,8 @@ pub struct Recorder {
     disk_lost: u64,
     /// Whether the last part was closed and the next begins when there is something to write.
     is_resting: bool,
+    /// Whether the part holds more than its beginning.
+    has_items: bool,
 }
 
 /// Counts the bytes of a part.
@@ -116,6 +118,7 @@ impl Recorder {
             finished: Vec::new(),
             disk_lost: 0,
             is_resting: false,
+            has_items: false,
         };
         recorder.clock = recorder.channel("/clock", Schema::CLOCK, BTreeMap::new());
         recorder.open_part()?;
@@ -376,7 +379,12 @@ impl Recorder {
     pub fn finish(mut self, reason: &str) -> Result<Vec<PathBuf>, RecordError> {
         self.flush_reads()?;
         self.begin(YEAR_2000)?;
-        self.close_part(reason)?;
+        if self.has_items || self.finished.is_empty() {
+            self.close_part(reason)?;
+        } else if let Some(part) = self.part.take() {
+            // A part that has just begun holds nothing; that it cannot be removed changes nothing.
+            let _ = std::fs::remove_file(part.temporary());
+        }
         Ok(self.finished)
     }
 
@@ -393,6 +401,7 @@ impl Recorder {
         self.part_index += 1;
         self.part = Some(part);
         self.totals.written = 0;
+        self.has_items = false;
         let previous = self.finished.last().and_then(|path| path.file_name());
         let session = [
             ("format_version", FORMAT_VERSION.to_owned()),
@@ -472,6 +481,7 @@ impl Recorder {
 
     fn write_raw(&mut self, bus: BusId, time: Timestamp, raw: &RawChunk) -> Result<(), RecordError> {
         let Some((_, log)) = &mut self.begun else { return Ok(()) };
+        self.has_items = true;
         let time = log.next(time);
         let state = &self.buses[bus.0];
         let length = i64::try_from(raw.data.len()).unwrap_or(i64::MAX);

@@ -44,6 +44,7 @@ use super::printing::Printing;
 use super::session::Setup;
 use crate::capture::mcap::{Anchor, Options};
 use crate::report::Judge;
+use crate::report::info::Info;
 use crate::source::Clock;
 use crate::time::SECOND;
 use capture::{Capture, Order};
@@ -80,6 +81,8 @@ pub(super) struct Job<'a> {
     /// Rows, and where they go.
     pub(super) rows: Option<(Printing, Output)>,
     pub(super) recording: Option<Recording>,
+    /// Takes all events, for a summary.
+    pub(super) info: Option<Info>,
     pub(super) status: Status,
     /// Ends the session when it is set.
     pub(super) stop: Arc<AtomicBool>,
@@ -110,6 +113,7 @@ pub(super) struct Report {
     pub(super) recorded: Option<Outcome>,
     /// What made the rows.
     pub(super) printing: Option<Printing>,
+    pub(super) info: Option<Info>,
 }
 
 /// Is a recording under way.
@@ -133,7 +137,7 @@ fn start<T: Send + 'static>(
 /// When a recording cannot begin, a source failed for good, or rows cannot be written.
 pub(super) fn run(job: Job<'_>) -> Result<Report, Failure> {
     let is_patient = job.sources.iter().all(|source| source.is_patient);
-    let mut stage = Stage::default();
+    let mut stage = Stage { info: job.info, ..Stage::default() };
     let mut recording = job.recording;
     let is_all = recording.as_ref().is_some_and(|recording| recording.is_all);
     let around = recording.as_mut().and_then(|recording| recording.around.take());
@@ -173,7 +177,7 @@ pub(super) fn run(job: Job<'_>) -> Result<Report, Failure> {
     driver.status.finish();
     let printing = finish_rows(&mut stage, printer)?;
     result.and(finished).and(failed.map_or(Ok(()), Err))?;
-    Ok(Report { tally: stage.tally, recorded, printing })
+    Ok(Report { tally: stage.tally, recorded, printing, info: stage.info })
 }
 
 /// Starts a thread for each source.

@@ -9,6 +9,7 @@ use super::tape::Tape;
 use crate::capture::Item;
 use crate::pipeline::Event;
 use crate::report::Judge;
+use crate::report::info::Info;
 use crate::time::Timestamp;
 
 /// Takes what a live session receives and decodes.
@@ -17,6 +18,7 @@ pub(in crate::command) struct Stage {
     pub(in crate::command) tally: Tally,
     pub(in crate::command) rows: Option<RowStream>,
     pub(in crate::command) tape: Option<Tape>,
+    pub(in crate::command) info: Option<Info>,
     /// What is worth the minutes around it.
     pub(in crate::command) trigger: Option<Judge>,
     pub(super) decoded: Decoded,
@@ -28,6 +30,9 @@ impl Sink for Stage {
     fn begin(&mut self, origin: &Origin) -> Result<(), Failure> {
         self.tally.begin(&origin.settings);
         self.decoded.begin(&origin.settings.name);
+        if let Some(info) = &mut self.info {
+            info.begin(&origin.settings.name, origin.settings.line);
+        }
         if let Some(tape) = &mut self.tape {
             tape.begin(origin.settings.clone());
         }
@@ -44,6 +49,9 @@ impl Sink for Stage {
 
     fn event(&mut self, bus: &str, event: &Event<'_>) {
         self.tally.event(event);
+        if let Some(info) = &mut self.info {
+            info.event(bus, event);
+        }
         if let Some(rows) = &mut self.rows {
             rows.event(bus, event);
         }
