@@ -38,6 +38,10 @@ pub struct Cli {
         display_order = 101
     )]
     pub config: Option<PathBuf>,
+
+    /// Append what is done and said, with times, to this file; with --verbose in detail
+    #[arg(long, value_name = "FILE", global = true, display_order = 102)]
+    pub log: Option<PathBuf>,
 }
 
 const AFTER: &str = "\

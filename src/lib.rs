@@ -11,6 +11,7 @@
 //! ```
 //!
 //! - [`time`] and [`mod@line`]: points and stretches of time; speed, character format, and the silences t1.5 and t3.5.
+//! - [`source`]: live bytes in: serial ports, serial servers, standard input. Nothing in it can write to a bus.
 //! - [`capture`]: recordings in, a [`decode::chunk::Chunk`] a read.
 //! - [`simulate`]: a bus that isn't there, with the truth beside it.
 //! - [`decode`]: bytes become frames by length, CRC, the outstanding request and hold time, and frames become

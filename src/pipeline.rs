@@ -93,6 +93,9 @@ enum Stage {
     },
 }
 
+/// From how many bytes on it is worth looking which are still needed.
+const FORGET_FROM: usize = 512;
+
 /// Decodes one bus.
 pub struct Pipeline {
     framer: Framer,
@@ -107,6 +110,8 @@ pub struct Pipeline {
     frame_end: Option<u64>,
     current: Option<Current>,
     lost: Option<Lost>,
+    /// How many bytes were taken in.
+    received: u64,
     /// Time of the last chunk or time-out.
     now: Timestamp,
     line_errors: Vec<LineError>,
@@ -128,6 +133,7 @@ impl Pipeline {
             frame_end: None,
             current: None,
             lost: None,
+            received: 0,
             now: Timestamp::MIN,
             line_errors: Vec::new(),
         }
@@ -146,8 +152,11 @@ impl Pipeline {
         } else {
             self.pump();
         }
-        self.forget();
+        if self.framer.store().length() >= FORGET_FROM {
+            self.forget();
+        }
         self.framer.push(chunk);
+        self.received = self.received.saturating_add(chunk.bytes.len() as u64);
         if matches!(chunk.time, ReadTime::At(_)) {
             self.now = self.now.max(self.framer.stamper().read_time(chunk.time, 0));
         }
@@ -185,7 +194,8 @@ impl Pipeline {
         if let Some(time) = lost.time {
             self.handle_timeout(time);
         }
-        self.lost = Some(lost);
+        // Frames are placed by the bytes received, and so is what is missing between them.
+        self.lost = Some(Lost { stream_offset: self.received, ..lost });
     }
 
     /// Gives the next frame and the next transaction these ids: buses that are decoded at once share them.

@@ -137,6 +137,7 @@ fn the_troubled_bus_has_silence_late_answers_and_damage() {
 
 /// Returns every message of a recording: topic, schema, number, times and content.
 fn messages(path: &Path) -> Vec<(String, String, u32, u64, u64, Vec<u8>)> {
+    #[expect(clippy::disallowed_methods, reason = "recordings are files")]
     let file = std::fs::read(path).expect("a recording");
     let messages = mcap::MessageStream::new(&file).expect("MCAP").map(|message| {
         let message = message.expect("whole");

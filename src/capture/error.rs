@@ -4,6 +4,7 @@ use std::io;
 
 use thiserror::Error;
 
+use super::mcap::Damage;
 use super::{HexError, Malformed};
 
 /// Says why an input could not be read; `hint` says what to do about it.
@@ -33,6 +34,14 @@ pub enum InputError {
     /// It holds no byte of a bus.
     #[error("'{0}' is empty: there is not a byte in it")]
     Empty(String),
+    /// It is a recording in MCAP of which no byte of a bus can be read.
+    #[error("no byte of a bus can be read from '{name}': at byte {} {}", .damage.offset, .damage.cause)]
+    Lost {
+        /// The input's name.
+        name: String,
+        /// The first place that cannot be read.
+        damage: Damage,
+    },
     /// It is hex text with something in it that is not.
     #[error("'{name}', {error}")]
     Hex {
@@ -63,6 +72,7 @@ impl InputError {
             InputError::Directory(_) => "name the recordings in it, such as DIRECTORY/*",
             InputError::Foreign { has, .. } => return format!("it has {has}"),
             InputError::Empty(_) => "check that the recording was written; comments and times alone are none",
+            InputError::Lost { .. } => "look for another copy; 'rtutap recover' finds no more than this",
             InputError::Hex { error, .. } => error.hint(),
             InputError::Malformed { error, .. } => error.hint,
         }

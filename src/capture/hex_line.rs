@@ -2,9 +2,8 @@
 
 use std::fmt::Write;
 
-use chrono::{DateTime, SecondsFormat};
-
 use super::directive;
+use super::hex_comment::{line_errors_text, time_text};
 use crate::decode::chunk::{Chunk, ReadTime};
 use crate::line::LineSettings;
 use crate::time::MILLISECOND;
@@ -32,18 +31,15 @@ pub fn hex_heading(line: Option<LineSettings>, adapter_hold_ns: Option<i64>, is_
 /// Line errors follow as a comment.
 pub fn hex_line(chunk: &Chunk<'_>) -> String {
     let mut line = match chunk.time {
-        ReadTime::At(time) => {
-            DateTime::from_timestamp_nanos(time.as_ns()).to_rfc3339_opts(SecondsFormat::Nanos, true)
-        }
+        ReadTime::At(time) => time_text(time),
         ReadTime::Unknown | ReadTime::UnknownAfterSilence => String::new(),
     };
     for byte in chunk.bytes {
         let separator = if line.is_empty() { "" } else { " " };
         let _ = write!(line, "{separator}{byte:02X}"); // writing to a string cannot fail
     }
-    for (index, error) in chunk.line_errors.iter().enumerate() {
-        let separator = if index == 0 { " #" } else { "," };
-        let _ = write!(line, "{separator} {} at {}", error.kind.name(), error.offset); // see above
+    if !chunk.line_errors.is_empty() {
+        let _ = write!(line, " {}", line_errors_text(chunk.line_errors)); // see above
     }
     line
 }

@@ -10,10 +10,11 @@ use std::fmt;
 use std::io::Read;
 
 use super::directive::Directives;
+use super::hex_comment;
 use super::instant;
 use super::reader::{Failure, Forward, ReadChunks, TimesBack};
 use super::window::Window;
-use crate::decode::chunk::{Chunk, ReadTime};
+use crate::decode::chunk::{Chunk, LineError, Lost, ReadTime};
 use crate::line::LineSettings;
 use crate::time::Timestamp;
 
@@ -108,6 +109,8 @@ pub(super) struct HexText<R> {
     line_number: u64,
     rest: Option<Rest>,
     bytes: Vec<u8>,
+    line_errors: Vec<LineError>,
+    lost: Option<Lost>,
     time: ReadTime,
     forward: Forward,
     directives: Directives,
@@ -129,11 +132,18 @@ impl<R: Read> HexText<R> {
             line_number: 0,
             rest: None,
             bytes: Vec::new(),
+            line_errors: Vec::new(),
+            lost: None,
             time: ReadTime::Unknown,
             forward: Forward::new("line"),
             directives: Directives::default(),
             begun: false,
         }
+    }
+
+    /// Tells whether the line has something to hand out.
+    fn has_item(&self) -> bool {
+        !self.bytes.is_empty() || !self.line_errors.is_empty() || self.lost.is_some()
     }
 
     /// Reads a line or a piece of one into `bytes` and `time`.
@@ -160,8 +170,16 @@ impl<R: Read> HexText<R> {
         if let Some(offset) = body.comment_at.filter(|_| !self.begun && self.bytes.is_empty()) {
             self.directives.read(&text[at + offset..]);
         }
+        // Only of lines that fit: there is no other place to point at the bytes of a longer one.
+        if let (Some(offset), true, 0) = (body.comment_at, is_whole, state.column) {
+            let comment = &text[at + offset..];
+            let errors = hex_comment::line_errors(comment).unwrap_or_default();
+            let last = self.bytes.len();
+            self.line_errors.extend(errors.into_iter().filter(|error| error.offset as usize <= last));
+            self.lost = hex_comment::lost(comment).filter(|_| self.bytes.is_empty());
+        }
         let read = at + body.read;
-        if let (ReadTime::At(time), true, 0) = (self.time, !self.bytes.is_empty(), state.column) {
+        if let (ReadTime::At(time), true, 0) = (self.time, self.has_item(), state.column) {
             self.time = ReadTime::At(self.forward.forward(time, self.line_number));
         }
         if is_whole {
@@ -178,10 +196,12 @@ impl<R: Read> HexText<R> {
 }
 
 impl<R: Read> ReadChunks for HexText<R> {
-    /// Goes on to the next line with bytes.
+    /// Goes on to the next line with bytes, or with what its comment says.
     fn advance(&mut self) -> Result<bool, Failure> {
         self.bytes.clear();
-        while self.bytes.is_empty() {
+        self.line_errors.clear();
+        self.lost = None;
+        while !self.has_item() {
             let (length, is_whole) = match self.window.line()? {
                 Some(piece) => piece,
                 None if self.rest.is_some() => (0, true), // a line begun before has to be ended once
@@ -194,7 +214,11 @@ impl<R: Read> ReadChunks for HexText<R> {
     }
 
     fn chunk(&self) -> Chunk<'_> {
-        Chunk { time: self.time, bytes: &self.bytes, line_errors: &[] }
+        Chunk { time: self.time, bytes: &self.bytes, line_errors: &self.line_errors }
+    }
+
+    fn lost(&self) -> Option<Lost> {
+        self.lost
     }
 
     fn is_drained(&self) -> bool {

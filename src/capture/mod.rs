@@ -4,6 +4,7 @@
 
 mod directive;
 mod error;
+mod hex_comment;
 mod hex_line;
 mod hex_text;
 mod instant;
@@ -25,6 +26,7 @@ use crate::decode::chunk::{Chunk, Lost};
 use crate::line::LineSettings;
 use crate::time::Timestamp;
 pub use error::InputError;
+pub use hex_comment::hex_lost;
 pub use hex_line::{hex_heading, hex_line};
 pub use hex_text::HexError;
 use hex_text::HexText;
@@ -198,7 +200,7 @@ impl Input {
         match &mut input.reader {
             Reader::Plain(reader) => match reader.advance() {
                 Ok(true) => {
-                    (input.ahead, input.has_bytes) = (true, true);
+                    input.ahead = true;
                     Ok(input)
                 }
                 Ok(false) => Err(InputError::Empty(input.name)),
@@ -222,6 +224,18 @@ impl Input {
             _ => format!("{} and {more} more", has.join(", ")),
         };
         Some(InputError::Foreign { name: self.name.clone(), has })
+    }
+
+    /// Returns the error that there is not a byte of a bus, with the reason as far as it is known.
+    fn nothing(&self) -> InputError {
+        let name = self.name.clone();
+        if let Some(foreign) = self.foreign() {
+            return foreign;
+        }
+        match self.facts().and_then(|facts| facts.damage.first()) {
+            Some(damage) => InputError::Lost { name, damage: *damage },
+            None => InputError::Empty(name),
+        }
     }
 
     fn error(&self, failure: Failure) -> InputError {
@@ -255,8 +269,7 @@ impl Input {
         if more {
             self.has_bytes = self.has_bytes || matches!(self.item(), Item::Chunk { .. });
         } else if self.is_finished() && !self.has_bytes {
-            let empty = || InputError::Empty(self.name.clone());
-            return Err(self.foreign().unwrap_or_else(empty));
+            return Err(self.nothing());
         }
         Ok(more)
     }
@@ -264,7 +277,10 @@ impl Input {
     /// Returns the item gone on to.
     pub fn item(&self) -> Item<'_> {
         match &self.reader {
-            Reader::Plain(reader) => Item::Chunk { bus: BUS, chunk: reader.chunk(), ready: None },
+            Reader::Plain(reader) => match reader.lost() {
+                Some(lost) => Item::Lost { bus: BUS, lost },
+                None => Item::Chunk { bus: BUS, chunk: reader.chunk(), ready: None },
+            },
             Reader::Mcap(recording) => recording.item(),
         }
     }

@@ -4,7 +4,7 @@ use std::fmt;
 use std::io;
 
 use super::HexError;
-use crate::decode::chunk::Chunk;
+use crate::decode::chunk::{Chunk, Lost};
 use crate::line::LineSettings;
 use crate::time::Timestamp;
 
@@ -15,6 +15,11 @@ pub(super) trait ReadChunks {
 
     /// Returns the chunk that `advance` went on to.
     fn chunk(&self) -> Chunk<'_>;
+
+    /// Returns what was lost, where `advance` went on to that instead of a chunk.
+    fn lost(&self) -> Option<Lost> {
+        None
+    }
 
     /// Returns how many bytes of the file have been read.
     fn position(&self) -> u64;

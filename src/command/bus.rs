@@ -23,6 +23,9 @@ const PATIENCE: Duration = Duration::from_millis(100);
 /// What the names of profiles that are kept in a recording begin with.
 const ATTACHED_PROFILES: &str = "profiles/";
 
+/// After how many items that are there already rows are written.
+const PAUSE_AFTER: u32 = 64;
+
 /// More bytes than this without a single frame are worth a warning.
 const MANY_BYTES: usize = 1000;
 
@@ -308,7 +311,7 @@ fn read_input(
     sink: &mut impl Sink,
 ) -> Result<(), Failure> {
     let mut progress = Progress::new(wanted.prints);
-    let (mut bytes, frames) = (0, session.frames());
+    let (mut bytes, mut items, frames) = (0, 0_u32, session.frames());
     if input.facts().is_none() {
         let line = begin(input, BUS, session, sink)?;
         input.use_line(line);
@@ -326,19 +329,23 @@ fn read_input(
         if let Item::Chunk { chunk, .. } = item {
             bytes += chunk.bytes.len();
         }
-        if let Item::Chunk { bus, .. } | Item::Lost { bus, .. } | Item::Silence { bus, .. } = item
-            && !session.knows(bus)
+        if !session.take(&item, sink)?
+            && let Item::Chunk { bus, .. } | Item::Lost { bus, .. } | Item::Silence { bus, .. } = item
         {
             begin(input, bus, session, sink)?;
+            session.take(&item, sink)?;
         }
-        session.take(&item, sink)?;
         let waits = input.is_drained();
         if waits {
             progress.update(input);
         }
-        sink.pause(session.settled_frame_id(), waits)?;
+        items = items.wrapping_add(1);
+        if waits || items.is_multiple_of(PAUSE_AFTER) {
+            sink.pause(session.settled_frame_id(), waits)?;
+        }
     }
     progress.finish();
+    tracing::info!("read '{}': {bytes} bytes, {} frames", input.name(), session.frames() - frames);
     if wanted.decodes() && session.frames() == frames && bytes > MANY_BYTES {
         let name = input.name();
         message::warning(format_args!(

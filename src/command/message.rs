@@ -1,4 +1,4 @@
-//! Messages on standard error: `error:`, `warning:`, `note:` and `hint:`.
+//! Messages on standard error: `error:`, `warning:`, `note:` and `hint:`; the log file has them too.
 
 use std::fmt::Display;
 use std::io::Write;
@@ -15,14 +15,17 @@ fn bold(colour: AnsiColor) -> Style {
 }
 
 pub(super) fn error(text: impl Display) {
+    tracing::error!("{text}");
     say(bold(AnsiColor::Red), "error", text);
 }
 
 pub(super) fn warning(text: impl Display) {
+    tracing::warn!("{text}");
     say(bold(AnsiColor::Yellow), "warning", text);
 }
 
 pub(super) fn note(text: impl Display) {
+    tracing::info!("{text}");
     say(Style::new().bold(), "note", text);
 }
 

@@ -10,6 +10,7 @@ mod info;
 mod journal;
 mod listen;
 mod live;
+mod log;
 mod man;
 mod message;
 mod output;
@@ -33,18 +34,25 @@ use failure::Failure;
 pub fn run(mut cli: Cli) -> ExitCode {
     match run_command(&mut cli) {
         // Who reads the output has had enough: nothing went wrong.
-        Ok(()) | Err(Failure::ClosedPipe) => ExitCode::SUCCESS,
+        Ok(()) | Err(Failure::ClosedPipe) => {
+            tracing::info!("ends, done");
+            ExitCode::SUCCESS
+        }
         Err(Failure::Problem { message, hint }) => {
             message.lines().for_each(message::error);
             if let Some(hint) = hint {
                 message::hint(&hint);
             }
+            tracing::info!("ends, not done");
             ExitCode::from(2)
         }
     }
 }
 
 fn run_command(cli: &mut Cli) -> Result<(), Failure> {
+    if let Some(path) = &cli.log {
+        log::begin(path, cli.verbose)?;
+    }
     match &cli.command {
         Command::Completions(args) => return completions::run(args),
         Command::Man => return man::run(),

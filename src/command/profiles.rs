@@ -61,7 +61,7 @@ fn show(profile: &Profile, out: &mut String) -> fmt::Result {
 fn show_command(command: &Command, out: &mut String) -> fmt::Result {
     let quantities: Vec<String> = command.quantities.iter().map(u16::to_string).collect();
     write!(out, "\n{:<22} FC{:02} 0x{:04x}", command.name, command.function, command.start_register)?;
-    writeln!(out, " ×{}", quantities.join(" or "))?;
+    writeln!(out, " ×{}{}", quantities.join(" or "), contested(command.is_contested))?;
     for (side, fields) in [("request", &command.request), ("response", &command.response)] {
         for field in fields {
             show_field(side, field, out)?;
@@ -81,7 +81,13 @@ fn show_field(side: &str, field: &FieldSpec, out: &mut String) -> fmt::Result {
         0 => format!("{side} data {last}"),
         _ => format!("{side} data {}-{last}", span.start),
     };
-    writeln!(out, "{}", format!("    {:<20} {bytes:<20} {unit}", field.name).trim_end())
+    let row = format!("    {:<20} {bytes:<20} {unit}", field.name);
+    writeln!(out, "{}{}", row.trim_end(), contested(field.is_contested))
+}
+
+/// Marks what other models have otherwise.
+fn contested(is_contested: bool) -> &'static str {
+    if is_contested { "  (told only once the device is known: other models mean something else)" } else { "" }
 }
 
 /// Checks a profile; every problem is an error of its own.

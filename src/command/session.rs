@@ -24,7 +24,7 @@ pub(super) trait Sink {
     /// Takes an event.
     fn event(&mut self, bus: &str, event: &Event<'_>);
 
-    /// Comes after each chunk: frames before `settled_frame` have their transaction, or none;
+    /// Comes between chunks, now and then: frames before `settled_frame` have their transaction, or none;
     /// `waits` when the next chunk is not there yet.
     fn pause(&mut self, settled_frame: u64, waits: bool) -> Result<(), Failure>;
 }
@@ -95,11 +95,6 @@ impl<'a> Session<'a> {
         self.frames
     }
 
-    /// Tells whether a bus has begun.
-    pub(super) fn knows(&self, bus: &str) -> bool {
-        self.buses.iter().any(|known| known.settings.name == bus)
-    }
-
     /// Begins a bus; where it has begun and the settings are others, it is decoded afresh from here on.
     pub(super) fn begin(&mut self, origin: impl Into<Origin>, sink: &mut impl Sink) -> Result<(), Failure> {
         let mut origin = origin.into();
@@ -138,25 +133,29 @@ impl<'a> Session<'a> {
         Pipeline::new(options, self.setup.devices.clone(), self.setup.profiles.shapes())
     }
 
-    /// Takes in an item of a bus that has begun; of others only settings.
-    pub(super) fn take(&mut self, item: &Item<'_>, sink: &mut impl Sink) -> Result<(), Failure> {
+    /// Takes in an item of a bus that has begun; of others only settings. Tells whether it was taken in.
+    pub(super) fn take(&mut self, item: &Item<'_>, sink: &mut impl Sink) -> Result<bool, Failure> {
         let bus = match *item {
             Item::Line { bus, line, adapter_hold_ns } => {
                 let name = bus.to_owned();
                 let settings = BusSettings { name, line, adapter_hold_ns, ..BusSettings::default() };
-                return self.begin(settings, sink);
+                return self.begin(settings, sink).map(|()| true);
             }
             Item::Chunk { bus, .. } | Item::Lost { bus, .. } | Item::Silence { bus, .. } => bus,
         };
-        let Some(at) = self.buses.iter().position(|known| known.settings.name == bus) else { return Ok(()) };
-        let Some(redactor) = &mut self.buses[at].redactor else { return self.decode(at, item, sink) };
+        let Some(at) = self.buses.iter().position(|known| known.settings.name == bus) else {
+            return Ok(false);
+        };
+        let Some(redactor) = &mut self.buses[at].redactor else {
+            return self.decode(at, item, sink).map(|()| true);
+        };
         match item {
             Item::Chunk { chunk, .. } => redactor.push(chunk),
             Item::Lost { lost, .. } => redactor.push_lost(*lost),
             Item::Silence { until, .. } => redactor.push_silence(*until),
             Item::Line { .. } => {}
         }
-        self.take_redacted(at, sink)
+        self.take_redacted(at, sink).map(|()| true)
     }
 
     /// Takes in the reads of a bus from which serial numbers have been blanked.
@@ -199,7 +198,7 @@ impl<'a> Session<'a> {
         if deadline.is_none_or(|deadline| deadline > until) {
             return Ok(());
         }
-        self.take(&Item::Silence { bus, until }, sink)
+        self.take(&Item::Silence { bus, until }, sink).map(drop)
     }
 
     /// Tells whether every byte and frame so far is decided.

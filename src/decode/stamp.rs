@@ -22,6 +22,9 @@ const LATENCY_TIMER_NS: i64 = 16 * MILLISECOND;
 /// Nanoseconds that an adapter is believed to keep a byte back at most; no driver comes near.
 const MOST_HOLD_NS: i64 = 60 * SECOND;
 
+/// How many of the latest reads are looked at one by one.
+const LATEST: usize = 4;
+
 /// Bounds when the last stop bit of a byte ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ByteTime {
@@ -210,9 +213,10 @@ impl Stamper {
     }
 
     fn find(&self, offset: u64) -> Option<&Read> {
-        // Nearly all questions are about the latest read.
-        if let Some(last) = self.reads.back().filter(|last| offset >= last.offset) {
-            return (offset < last.offset + last.length).then_some(last);
+        // Nearly all questions are about the latest reads.
+        let mut latest = self.reads.iter().rev().take(LATEST);
+        if let Some(read) = latest.find(|read| offset >= read.offset) {
+            return (offset < read.offset + read.length).then_some(read);
         }
         let at = self.reads.partition_point(|read| read.offset + read.length <= offset);
         self.reads.get(at).filter(|read| read.offset <= offset)

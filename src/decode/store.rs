@@ -20,6 +20,11 @@ impl Store {
         self.base + (self.bytes.len() - self.dropped) as u64
     }
 
+    /// Returns how many bytes are kept.
+    pub fn length(&self) -> usize {
+        self.bytes.len() - self.dropped
+    }
+
     /// Appends received bytes with their line errors.
     pub fn push(&mut self, bytes: &[u8], errors: &[LineError]) {
         let end = self.end();

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use super::held::Held;
 use super::{Format, Judge, Rows, Show};
-use crate::capture::hex_line;
+use crate::capture::{hex_line, hex_lost};
 use crate::decode::chunk::{Chunk, LineError, Lost, ReadTime};
 use crate::pipeline::Event;
 
@@ -33,8 +33,8 @@ impl Hex {
     /// Takes that bytes were lost: a comment, unless only a part is written.
     pub fn lost(&mut self, lost: &Lost, out: &mut Vec<u8>) {
         if self.cut.is_none() {
-            let text = format!("# bytes lost here: {} ({})\n", lost.count, lost.kind.name());
-            out.extend_from_slice(text.as_bytes());
+            out.extend_from_slice(hex_lost(lost).as_bytes());
+            out.push(b'\n');
         }
     }
 

@@ -311,10 +311,15 @@ impl fmt::Display for Recording {
             None => write!(f, "not closed")?,
         }
         if self.damage > 0 {
-            write!(f, "; cannot be read in {} places, {} bytes", self.damage, self.damage_bytes)?;
+            let (places, bytes) = (plural(self.damage), plural(self.damage_bytes));
+            write!(
+                f,
+                "; cannot be read in {} place{places}, {} byte{bytes}",
+                self.damage, self.damage_bytes
+            )?;
         }
         if self.lost_bytes > 0 {
-            write!(f, "; {} bytes of the bus are lost for it", self.lost_bytes)?;
+            write!(f, "; {} byte{} of the bus lost for it", self.lost_bytes, plural(self.lost_bytes))?;
         }
         Ok(())
     }

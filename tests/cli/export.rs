@@ -39,14 +39,29 @@ fn rows(text: &str) -> Vec<Value> {
     text.lines().map(|line| serde_json::from_str(line).expect(line)).collect()
 }
 
+/// Says of two places in hex text that bytes were lost there.
+fn with_losses(hex: &str) -> String {
+    let mut lines: Vec<&str> = hex.lines().collect();
+    let time = |line: &str| line.split(' ').next().expect("a time").to_owned();
+    let (queue, gone) = (
+        format!("# lost 5 queue {}", time(lines[100])),
+        format!("# lost 0 source-gone {}", time(lines[200])),
+    );
+    lines.insert(201, &gone);
+    lines.insert(101, &queue);
+    lines.join("\n") + "\n"
+}
+
 #[test]
 fn hex_text_and_back_decodes_to_the_letter() {
-    for scenario in ["installation", "everything-bad"] {
-        let input = simulated(scenario);
+    for scenario in ["installation", "demo"] {
+        let input = with_losses(&simulated(scenario));
         let exported = export_text("hex", &["--adapter-hold", "1.5"], input.as_bytes());
         let hold: Vec<&str> = EVERYTHING.into_iter().chain(["--adapter-hold", "1.5"]).collect();
         let before = stdout(&hold, input.as_bytes());
         assert!(before.lines().count() > 500);
+        assert_eq!(before.matches("\"type\":\"lost\"").count(), 2);
+        assert_eq!(before.contains("\"kind\":\"parity-or-framing\""), scenario == "demo");
         assert_eq!(stdout(&EVERYTHING, exported.as_bytes()), before, "{scenario}");
     }
 }
@@ -282,12 +297,15 @@ fn rows_of(file: &Path) -> Vec<Value> {
 fn mcap_keeps_every_byte_and_beside_them_what_passes() {
     let (_directory, path) = temporary();
     let input = path("it.hex");
-    std::fs::write(&input, simulated("installation")).expect("a file");
+    std::fs::write(&input, with_losses(&simulated("demo"))).expect("a file");
     let (whole, part) = (path("whole.mcap"), path("part.mcap"));
     rtutap(&["export", arg(&input), "-o", arg(&whole)]).assert().success();
     rtutap(&["export", arg(&input), "-o", arg(&part), "--filter", "addr == 1"]).assert().success();
     assert_eq!(rows_of(&whole), rows_of(&input));
     assert_eq!(rows_of(&part), rows_of(&input), "the bytes are all there");
+    let back = path("back.hex");
+    rtutap(&["export", arg(&part), "-o", arg(&back)]).assert().success();
+    assert_eq!(rows_of(&back), rows_of(&input));
     let topics = |file: &Path| {
         let bytes = std::fs::read(file).expect("a file");
         let summary = mcap::Summary::read(&bytes).expect("MCAP").expect("a summary");

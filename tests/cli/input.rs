@@ -221,3 +221,25 @@ fn help_names_every_command_and_a_wrong_one_is_status_2() {
     refuses(&["listen"], b"", "listen");
     rtutap(&["--version"]).assert().success().stdout(predicate::str::starts_with("rtutap "));
 }
+
+#[test]
+fn a_log_has_what_was_done_and_said_with_times() {
+    let folder = tempfile::tempdir().expect("a temporary directory");
+    let log = folder.path().join("rtutap.log");
+    let path = log.to_str().expect("UTF-8");
+    stdout(&["--log", path, "info", "-"], b"01 03 26 00 00 04 4F 41\n");
+    rtutap(&["decode", "nowhere.mcap", "--log", path]).assert().code(2);
+    let text = std::fs::read_to_string(&log).expect("a log");
+    let lines: Vec<&str> = text.lines().collect();
+    assert!(lines.iter().all(|line| line.starts_with("20") && line.contains("Z ")), "{text}");
+    for (what, count) in [
+        ("begins: ", 2),
+        ("9600-8N1 assumed", 1),
+        ("8 bytes, 1 frames", 1),
+        ("ends, done", 1),
+        ("ERROR", 1),
+        ("ends, not", 1),
+    ] {
+        assert_eq!(lines.iter().filter(|line| line.contains(what)).count(), count, "{what} in {text}");
+    }
+}

@@ -7,6 +7,7 @@ mod export;
 mod golden;
 mod imports;
 mod input;
+mod ports;
 mod rows;
 mod wireshark;
 

@@ -70,6 +70,12 @@ pub fn wait_until(what: &str, mut is_so: impl FnMut() -> bool) {
     }
 }
 
+/// Returns the program; with `RTUTAP_BIN`, another build of it.
+fn program() -> Command {
+    let program = std::env::var_os("RTUTAP_BIN");
+    Command::new(program.unwrap_or_else(|| env!("CARGO_BIN_EXE_rtutap").into()))
+}
+
 /// Is the program, tapping.
 pub struct Tap {
     child: Child,
@@ -79,7 +85,7 @@ pub struct Tap {
 
 impl Tap {
     pub fn start(args: &[&str]) -> Self {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_rtutap"));
+        let mut command = program();
         command.args(args).env("TZ", "UTC").env("XDG_CONFIG_HOME", "nowhere").env_remove("RTUTAP_LINE");
         let mut child =
             command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("a program that starts");
@@ -154,8 +160,7 @@ pub fn printed(args: &[&str]) -> String {
 
 /// Returns how many bytes of buses are in files; 0 while they cannot be read or have none.
 pub fn bytes_in(files: &[&Path]) -> u64 {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_rtutap"));
-    let output = command.args(["info", "--format", "json"]).args(files).output().expect("a program");
+    let output = program().args(["info", "--format", "json"]).args(files).output().expect("a program");
     let info: Option<serde_json::Value> = serde_json::from_slice(&output.stdout).ok();
     info.and_then(|info| info["bytes"].as_u64()).unwrap_or(0)
 }

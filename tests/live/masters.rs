@@ -128,13 +128,16 @@ fn hold(rows: &str, said: &[Said], what: &str) {
     assert_eq!(recorded.strip_suffix(&hex(&LAST)), Some(&*spoken), "{what}: every byte is recorded");
     let found: HashMap<u64, &Value> =
         runs.map(|row| (row["stream_offset"].as_u64().expect("an offset"), row)).collect();
-    let (mut offset, mut right) = (0, 0);
+    let (mut offset, mut right, mut wrong) = (0, 0, Vec::new());
     for said in said {
         let role = if said.is_request { "request" } else { "response" };
         let is_right = found.get(&offset).is_some_and(|row| {
             row["type"] == "frame" && row["role"] == role && text(row, "bytes") == hex(&said.bytes)
         });
         right += usize::from(is_right);
+        if !is_right {
+            wrong.push((role, hex(&said.bytes), found.get(&offset).map(|row| row.to_string())));
+        }
         offset += said.bytes.len() as u64;
     }
     let pairs = said.windows(2).filter(|pair| pair[0].is_request && !pair[1].is_request).count();
@@ -144,7 +147,7 @@ fn hold(rows: &str, said: &[Said], what: &str) {
     let answered = answered.count();
     println!("{what}: {right} of {} frames and roles right, {answered} of {pairs} pairs", said.len());
     assert!(said.len() >= 20, "{what}: only {} frames were said", said.len());
-    assert!(right as f64 >= 0.9995 * said.len() as f64, "{what}: {right} of {}", said.len());
+    assert!(right as f64 >= 0.9995 * said.len() as f64, "{what}: {right} of {}: {wrong:#?}", said.len());
     assert_eq!(answered, pairs, "{what}: every answered request is paired");
 }
 
@@ -207,9 +210,7 @@ fn what_is_said_on_a_paced_bus_is_what_is_decoded() {
     tapped("a simulation", Batches::Of(Duration::from_millis(16)), |tap| {
         let mut simulation = Simulation::new(config);
         let mut reads = Vec::new();
-        while let Some(read) = simulation.next() {
-            reads.push(read);
-        }
+        reads.extend(simulation.by_ref());
         let bytes: Vec<u8> = reads.iter().flat_map(|read| read.bytes.clone()).collect();
         pace(&reads, |read| {
             read.bytes.iter().for_each(|byte| tap.send((*byte, Instant::now())).expect("a tap"));

@@ -1,6 +1,7 @@
 //! Files cut and changed at random: what is left is right, what is gone is said, and `recover` keeps all of it.
 
 use std::fs;
+use std::ops::Range;
 
 use rtutap::capture::mcap::{RecoverError, recover};
 use rtutap::decode::chunk::LostKind;
@@ -19,12 +20,23 @@ impl Places {
     }
 }
 
-/// A recording of a few minutes, with the bytes that were received.
+/// A message as viewers see it: topic, log time, content.
+type Seen = (String, u64, Vec<u8>);
+
+/// A whole recording, with the bytes that were received.
 struct Original {
     directory: tempfile::TempDir,
     file: Vec<u8>,
     stream: Vec<u8>,
+    /// The chunks: where each lies in the file, and its messages, as the crate has them.
+    chunks: Vec<(Range<usize>, Vec<Seen>)>,
+    /// Bytes of the bus that a chunk holds at most, with their overhead.
     longest_chunk: u64,
+}
+
+fn seen(message: ::mcap::McapResult<::mcap::Message<'_>>) -> Seen {
+    let message = message.expect("whole");
+    (message.channel.topic.clone(), message.log_time, message.data.to_vec())
 }
 
 #[expect(clippy::disallowed_methods, reason = "recordings are files")]
@@ -33,15 +45,46 @@ fn original() -> Original {
     let reads = reads("installation", Adapter::Ftdi16, 400);
     let path = directory.path().join("a.mcap");
     record(&path, Options { session_id: "s".into(), ..Options::default() }, &reads);
-    let file = fs::read(&path).expect("written above");
-    let stream = reads.iter().flat_map(|read| read.bytes.clone()).collect();
-    Original { directory, file, stream, longest_chunk: 600 }
+    let original = Original::of(fs::read(&path).expect("written above"));
+    let stream: Vec<u8> = reads.iter().flat_map(|read| read.bytes.clone()).collect();
+    assert_eq!(original.stream, stream);
+    original
 }
 
 impl Original {
-    /// Reads a damaged copy, and what `recover` makes of it.
     #[expect(clippy::disallowed_methods, reason = "recordings are files")]
-    fn check(&self, damaged: &[u8], what: &str) -> u64 {
+    fn of(file: Vec<u8>) -> Original {
+        let directory = tempfile::tempdir().expect("a directory");
+        let path = directory.path().join("a.mcap");
+        fs::write(&path, &file).expect("a disk that works");
+        let (found, facts) = read(&path);
+        assert!(facts.is_complete(), "{facts:?}");
+        let bytes = |item: &Found| match item {
+            Found::Chunk(_, _, bytes, _) => bytes.clone(),
+            _ => Vec::new(),
+        };
+        let stream = found.iter().flat_map(bytes).collect();
+        let summary = ::mcap::Summary::read(&file).expect("MCAP").expect("an index");
+        let chunks = summary.chunk_indexes.iter().map(|chunk| {
+            let start = chunk.chunk_start_offset as usize;
+            let messages = summary.stream_chunk(&file, chunk).expect("a chunk").map(seen).collect();
+            (start..start + chunk.chunk_length as usize, messages)
+        });
+        let chunks: Vec<(Range<usize>, Vec<Seen>)> = chunks.collect();
+        let raw = |(topic, _, data): &Seen| if topic == "/bus0/raw" { data.len() as u64 } else { 0 };
+        let longest = chunks.iter().map(|(_, messages)| messages.iter().map(raw).sum()).max();
+        Original { directory, file, stream, chunks, longest_chunk: longest.expect("a chunk") }
+    }
+
+    /// Returns the messages of the chunks that damage at these places of the file leaves whole.
+    fn intact(&self, damage: &Range<usize>) -> impl Iterator<Item = &Seen> {
+        let apart = |place: &Range<usize>| place.end <= damage.start || damage.end <= place.start;
+        self.chunks.iter().filter(move |(place, _)| apart(place)).flat_map(|(_, messages)| messages)
+    }
+
+    /// Reads a copy damaged at these places, and what `recover` makes of it.
+    #[expect(clippy::disallowed_methods, reason = "recordings are files")]
+    fn check(&self, damaged: &[u8], place: Range<usize>, what: &str) -> u64 {
         let path = self.directory.path().join("damaged.mcap");
         let output = self.directory.path().join("recovered.mcap");
         fs::write(&path, damaged).expect("a disk that works");
@@ -53,11 +96,14 @@ impl Original {
                 assert!(whole.is_indexed && whole.damage_count == 0, "{what}: {whole:?}");
                 assert_eq!(chunks(&again), chunks(&found), "{what}");
                 assert_eq!(recovered.facts.damage_count, facts.damage_count, "{what}");
-                assert!(
-                    ::mcap::Summary::read(&fs::read(&output).expect("written")).is_ok_and(|s| s.is_some())
-                );
+                let file = fs::read(&output).expect("written above");
+                let mut there = ::mcap::MessageStream::new(&file).expect("MCAP").map(seen);
+                let holds = self.intact(&place).all(|wanted| there.any(|message| message == *wanted));
+                assert!(holds, "{what}: a message of an intact chunk is not there, or not in its place");
             }
-            Err(RecoverError::Nothing) => assert!(chunks(&found).is_empty(), "{what}"),
+            Err(RecoverError::Nothing) => {
+                assert!(chunks(&found).is_empty() && self.intact(&place).next().is_none(), "{what}");
+            }
             Err(error) => panic!("{what}: {error}"),
         }
         assert_eq!(fs::read(&path).expect("written above"), damaged, "the damaged file is only read");
@@ -90,21 +136,20 @@ fn chunks(found: &[Found]) -> Vec<&Found> {
     found.iter().filter(|item| matches!(item, Found::Chunk(..))).collect()
 }
 
-fn cuts(times: usize) {
-    let original = original();
+fn cuts(original: &Original, times: usize) {
     let mut random = Places(1);
     let mut places: Vec<usize> = (0..times).map(|_| random.below(original.file.len())).collect();
     places.sort_unstable();
     let mut lost_before = u64::MAX;
     for place in places {
-        let lost = original.check(&original.file[..place], &format!("cut at {place}"));
+        let cut = place..original.file.len();
+        let lost = original.check(&original.file[..place], cut, &format!("cut at {place}"));
         assert!(lost <= lost_before, "a longer file holds more: cut at {place}");
         lost_before = lost;
     }
 }
 
-fn changes(times: usize) {
-    let original = original();
+fn changes(original: &Original, times: usize) {
     let mut random = Places(2);
     for _ in 0..times {
         let place = random.below(original.file.len());
@@ -112,26 +157,31 @@ fn changes(times: usize) {
         let mut damaged = original.file.clone();
         damaged[place] ^= change;
         let what = format!("byte {place} changed by {change:02x}");
-        let lost = original.check(&damaged, &what);
+        let lost = original.check(&damaged, place..place + 1, &what);
         assert!(lost <= original.longest_chunk, "{what}: {lost} bytes lost, more than a chunk holds");
     }
 }
 
 #[test]
 fn a_cut_recording_gives_all_that_is_whole() {
-    cuts(40);
+    cuts(&original(), 40);
 }
 
 #[test]
 fn a_changed_byte_costs_one_chunk_at_most() {
-    changes(60);
+    changes(&original(), 60);
 }
 
 #[test]
-#[ignore = "takes a while; run in release"]
-fn cut_and_changed_at_200_places_each() {
-    cuts(200);
-    changes(200);
+#[ignore = "takes a while"]
+fn samples_cut_and_changed_at_200_places_each() {
+    for name in ["installation.mcap", "troubled.mcap"] {
+        let path: PathBuf = [env!("CARGO_MANIFEST_DIR"), "captures", name].iter().collect();
+        #[expect(clippy::disallowed_methods, reason = "recordings are files")]
+        let original = Original::of(fs::read(path).expect("a sample"));
+        cuts(&original, 200);
+        changes(&original, 200);
+    }
 }
 
 #[test]
@@ -150,4 +200,24 @@ fn the_loss_of_the_first_chunk_costs_neither_times_nor_settings() {
     assert_eq!(facts.damage_count, 1);
     let whole = original.directory.path().join("a.mcap");
     assert_eq!(found, read(&whole).0, "times by the log, settings by the metadata");
+}
+
+#[test]
+fn a_recording_cut_before_its_first_bytes_says_so() {
+    let original = original();
+    let first =
+        original.chunks.iter().find(|(_, messages)| messages.iter().any(|(topic, ..)| topic == "/bus0/raw"));
+    let cut = first.expect("a chunk with bytes").0.start + 20;
+    let path = original.directory.path().join("cut.mcap");
+    #[expect(clippy::disallowed_methods, reason = "recordings are files")]
+    fs::write(&path, &original.file[..cut]).expect("a disk that works");
+    let mut input = rtutap::capture::Input::open(&path, None).expect("an MCAP file");
+    let error = loop {
+        match input.next_item() {
+            Ok(item) => assert!(matches!(item, Some(Item::Line { .. } | Item::Lost { .. }))),
+            Err(error) => break error.to_string(),
+        }
+    };
+    assert!(error.starts_with("no byte of a bus can be read from"), "{error}");
+    assert!(error.ends_with("the file ends within a record"), "{error}");
 }

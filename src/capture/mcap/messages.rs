@@ -9,7 +9,7 @@ use std::io::{self, Read, Seek};
 use mcap::records::{Channel, Metadata, Record, op};
 
 use super::records::{Found, Records};
-use super::unpack::{self, MessageHead, Trouble};
+use super::unpack::{self, MessageHead, Trouble, Unpacker};
 
 /// Says why a part of a file cannot be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -90,6 +90,7 @@ pub(super) struct Messages<R> {
     chunk: Vec<u8>,
     at: usize,
     chunk_offset: u64,
+    unpacker: Unpacker,
     pub(super) schemas: BTreeMap<u16, SchemaRecord>,
     pub(super) channels: BTreeMap<u16, Channel>,
     footer: bool,
@@ -111,6 +112,7 @@ impl<R: Read> Messages<R> {
             chunk: Vec::new(),
             at: 0,
             chunk_offset: 0,
+            unpacker: Unpacker::default(),
             schemas: BTreeMap::new(),
             channels: BTreeMap::new(),
             footer: false,
@@ -210,7 +212,7 @@ impl<R: Read> Messages<R> {
             op::CHUNK => {
                 self.chunk_offset = offset;
                 self.at = 0;
-                let Err(trouble) = unpack::unpack(body, &mut self.chunk) else { return Ok(None) };
+                let Err(trouble) = self.unpacker.unpack(body, &mut self.chunk) else { return Ok(None) };
                 self.chunk.clear();
                 Ok(Some(damage(offset, length, trouble.into(), true)))
             }

@@ -44,5 +44,7 @@ const ENCODING: &str = "protobuf";
 const FORMAT_VERSION: &str = "1";
 /// What the metadata record of a session is called.
 const SESSION_METADATA: &str = "rtutap.session";
+/// Why a file ends that was rewritten from one of which something was missing.
+const RECOVERED: &str = "recovered";
 /// What the last metadata record is called; a file without it was not closed.
 const END_METADATA: &str = "rtutap.end";

@@ -13,7 +13,7 @@ use super::line::{BusSettings, LINE_METADATA};
 use super::options::{Options, RecordError, part_path};
 use super::part::Part;
 use super::pending::Pending;
-use super::schema::{Clock, ErrorKind, LineError, RawChunk, Schema};
+use super::schema::{Clock, Dating, ErrorKind, LineError, RawChunk, Schema};
 use super::time::{Anchor, LogTime, YEAR_2000};
 use super::{ENCODING, END_METADATA, FORMAT_VERSION, SESSION_METADATA};
 use crate::decode::chunk::{Chunk, Lost, LostKind, ReadTime};
@@ -230,6 +230,7 @@ impl Recorder {
                 stream_offset: self.buses[bus.0].offset,
                 monotonic_ns: anchor.monotonic_ns(time),
                 errors: vec![error],
+                dating: if lost.time.is_some() { Dating::Read } else { Dating::LineSpeed } as i32,
                 ..RawChunk::default()
             };
             self.write_raw(bus, time, &raw)?;

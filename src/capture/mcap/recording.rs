@@ -5,8 +5,7 @@
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 
-use mcap::MAGIC;
-
+use super::RECOVERED;
 use super::index::{Index, Plan};
 use super::messages::{Content, Damage, Messages};
 use super::state::{Bus, State};
@@ -52,7 +51,8 @@ const MOST_DAMAGE: usize = 100;
 impl Facts {
     /// Tells whether nothing is missing, as far as the file tells.
     pub fn is_complete(&self) -> bool {
-        self.is_indexed && self.end.is_some() && self.damage_count == 0 && self.lost_bytes == 0
+        let is_closed = self.end.as_ref().is_some_and(|reason| reason != RECOVERED);
+        self.is_indexed && is_closed && self.damage_count == 0 && self.lost_bytes == 0
     }
 
     /// Tells whether another file continues this one: a later part of the same session.
@@ -188,7 +188,8 @@ impl Recording {
 
     /// Returns the topics of a file that is no recording of a bus, with their schemas; `None` when it may be one.
     pub fn foreign_topics(&self) -> Option<Vec<(String, String)>> {
-        if self.state.has_raw_channel() || !(self.is_finished || self.index.is_some()) {
+        let is_own = self.state.has_own_channel() || self.facts().session.is_some();
+        if is_own || !(self.is_finished || self.index.is_some()) {
             return None;
         }
         let channels = self.messages.channels.values().map(|channel| {
@@ -283,9 +284,10 @@ impl Preface {
     /// # Errors
     /// When the system cannot read it.
     pub fn read(mut file: File) -> io::Result<Self> {
-        let mut magic = Vec::new();
-        (&mut file).take(MAGIC.len() as u64).read_to_end(&mut magic)?;
-        if !is_mcap(&magic) {
+        // What is something else is not searched for records.
+        let mut prefix = Vec::new();
+        (&mut file).take(mcap::MAGIC.len() as u64).read_to_end(&mut prefix)?;
+        if !is_mcap(&prefix) {
             return Ok(Preface::default());
         }
         file.rewind()?;

@@ -18,7 +18,7 @@ use super::recording::Facts;
 use super::schema::{Clock, RawChunk, Schema};
 use super::state::State;
 use super::unpack::MessageHead;
-use super::{ENCODING, END_METADATA};
+use super::{ENCODING, END_METADATA, RECOVERED};
 
 /// What the file is called until it is finished; not '.part', for that may be what is mended.
 const SUFFIX: &str = ".recovered";
@@ -210,6 +210,12 @@ impl Copy {
         self.write(id, log_time, log_time, payload)
     }
 
+    /// Returns why the file ends: for the same reason as before, where nothing was missing.
+    fn reason(&self) -> String {
+        let facts = &self.state.facts;
+        facts.end.clone().filter(|_| facts.is_complete()).unwrap_or_else(|| RECOVERED.to_owned())
+    }
+
     fn finish(mut self) -> Result<Recovered, RecoverError> {
         if self.messages == 0 {
             return Err(RecoverError::Nothing);
@@ -219,7 +225,7 @@ impl Copy {
         if self.state.has_raw_channel() {
             let lost = self.state.facts.lost_bytes.saturating_add(self.state.bytes_lost_before());
             let end = [
-                ("reason", "recovered".to_owned()),
+                ("reason", self.reason()),
                 ("bytes_total", bytes.to_string()),
                 ("bytes_lost", lost.to_string()),
             ];

@@ -134,6 +134,11 @@ impl State {
         self.topics.iter().any(|topic| matches!(topic, Topic::Raw(_)))
     }
 
+    /// Tells whether any channel is one of a recording of a bus.
+    pub(super) fn has_own_channel(&self) -> bool {
+        self.topics.iter().any(|topic| *topic != Topic::Other)
+    }
+
     /// Hands out only what was logged within these times.
     pub(super) fn select(&mut self, from: Timestamp, to: Timestamp) {
         let log = |time: Timestamp| u64::try_from(time.as_ns()).unwrap_or(0);
@@ -242,8 +247,9 @@ impl State {
         if self.raw.merge(payload).is_err() {
             return self.bad_message(payload);
         }
-        let described = self.described.get(&self.buses[index].name);
-        if let Some(settings) = described.filter(|_| self.buses[index].settings.is_none()).cloned() {
+        if self.buses[index].settings.is_none()
+            && let Some(settings) = self.described.get(&self.buses[index].name).cloned()
+        {
             self.settings(index, settings);
         }
         let anchor = *self.anchor.get_or_insert_with(|| anchor_by_log_time(self.raw.monotonic_ns, head));

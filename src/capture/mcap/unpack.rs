@@ -1,6 +1,6 @@
 //! The messages of a chunk: its checksum verified, decompressed within bounds.
 
-use std::io::Read;
+use std::io::{self, Read};
 
 use super::records::{HEAD, LONGEST};
 
@@ -25,55 +25,77 @@ struct Header<'a> {
     data: &'a [u8],
 }
 
-/// Reads a little-endian number of up to 8 bytes.
-fn number(bytes: &[u8], at: usize, width: usize) -> Option<u64> {
-    let field = bytes.get(at..at.checked_add(width)?)?;
-    Some(field.iter().rev().fold(0, |value, byte| value << 8 | u64::from(*byte)))
+/// Returns the bytes of a number.
+fn field<const N: usize>(bytes: &[u8], at: usize) -> Option<[u8; N]> {
+    bytes.get(at..)?.first_chunk().copied()
+}
+
+fn u64_at(bytes: &[u8], at: usize) -> Option<u64> {
+    field(bytes, at).map(u64::from_le_bytes)
+}
+
+fn u32_at(bytes: &[u8], at: usize) -> Option<u32> {
+    field(bytes, at).map(u32::from_le_bytes)
 }
 
 fn header(body: &[u8]) -> Option<Header<'_>> {
-    let compression_end = 32 + usize::try_from(number(body, 28, 4)?).ok()?;
-    let data_size = usize::try_from(number(body, compression_end, 8)?).ok()?;
+    let compression_end = usize::try_from(u32_at(body, 28)?).ok()?.checked_add(32)?;
+    let data_size = usize::try_from(u64_at(body, compression_end)?).ok()?;
     let data_start = compression_end.checked_add(8)?;
     Some(Header {
-        uncompressed_size: number(body, 16, 8)?,
-        crc: u32::try_from(number(body, 24, 4)?).ok()?,
+        uncompressed_size: u64_at(body, 16)?,
+        crc: u32_at(body, 24)?,
         compression: body.get(32..compression_end)?,
         data: body.get(data_start..data_start.checked_add(data_size)?)?,
     })
 }
 
-/// Puts the records of a chunk into `out`, which is emptied first; on trouble they must not be used.
-pub(super) fn unpack(body: &[u8], out: &mut Vec<u8>) -> Result<(), Trouble> {
-    out.clear();
-    let header = header(body).ok_or(Trouble::Compression)?;
-    if header.uncompressed_size > LONGEST {
-        return Err(Trouble::TooLarge);
-    }
-    let size = header.uncompressed_size as usize; // at most 64 MiB
-    match header.compression {
-        b"" => out.extend_from_slice(header.data),
-        b"zstd" => {
-            let decoder = zstd::stream::read::Decoder::with_buffer(header.data);
-            let mut decoder = decoder.map_err(|_| Trouble::Compression)?;
-            // What a damaged head may ask for is bounded: 64 MiB, the longest chunk.
-            decoder.window_log_max(26).map_err(|_| Trouble::Compression)?;
-            read_bounded(&mut decoder, size, out)?;
+/// Unpacks chunks, one after the other.
+#[derive(Default)]
+pub(super) struct Unpacker {
+    /// Made once: that takes longer than to decompress a chunk of a second.
+    zstd: Option<zstd::bulk::Decompressor<'static>>,
+}
+
+impl Unpacker {
+    /// Puts the records of a chunk into `out`, which is emptied first; on trouble they must not be used.
+    pub(super) fn unpack(&mut self, body: &[u8], out: &mut Vec<u8>) -> Result<(), Trouble> {
+        out.clear();
+        let header = header(body).ok_or(Trouble::Compression)?;
+        if header.uncompressed_size > LONGEST {
+            return Err(Trouble::TooLarge);
         }
-        b"lz4" => {
-            let decoder = lz4::Decoder::new(header.data);
-            read_bounded(&mut decoder.map_err(|_| Trouble::Compression)?, size, out)?;
+        let size = header.uncompressed_size as usize; // at most 64 MiB
+        match header.compression {
+            b"" => out.extend_from_slice(header.data),
+            b"zstd" => {
+                self.unpack_zstd(header.data, size, out).map_err(|_| Trouble::Compression)?;
+            }
+            b"lz4" => {
+                let decoder = lz4::Decoder::new(header.data);
+                read_bounded(&mut decoder.map_err(|_| Trouble::Compression)?, size, out)?;
+            }
+            _ => return Err(Trouble::UnknownCompression),
         }
-        _ => return Err(Trouble::UnknownCompression),
+        if out.len() != size {
+            return Err(Trouble::Compression);
+        }
+        // A checksum of 0 says that there is none.
+        if header.crc != 0 && crc32fast::hash(out) != header.crc {
+            return Err(Trouble::Checksum);
+        }
+        Ok(())
     }
-    if out.len() != size {
-        return Err(Trouble::Compression);
+
+    fn unpack_zstd(&mut self, data: &[u8], size: usize, out: &mut Vec<u8>) -> io::Result<()> {
+        let decompressor = match self.zstd.take() {
+            Some(decompressor) => decompressor,
+            None => zstd::bulk::Decompressor::new()?,
+        };
+        // Memory that is asked for and not written to costs nothing: a head may promise more than there is.
+        out.reserve(size);
+        self.zstd.insert(decompressor).decompress_to_buffer(data, out).map(drop)
     }
-    // A checksum of 0 says that there is none.
-    if header.crc != 0 && crc32fast::hash(out) != header.crc {
-        return Err(Trouble::Checksum);
-    }
-    Ok(())
 }
 
 /// Reads `size` bytes at most, growing with what comes, not with what was promised.
@@ -98,10 +120,10 @@ pub(super) const MESSAGE_HEAD: usize = 22;
 pub(super) fn message(body: &[u8]) -> Option<(MessageHead, &[u8])> {
     let (head, payload) = body.split_at_checked(MESSAGE_HEAD)?;
     let head = MessageHead {
-        channel: number(head, 0, 2)? as u16,  // two bytes
-        sequence: number(head, 2, 4)? as u32, // four bytes
-        log_time: number(head, 6, 8)?,
-        publish_time: number(head, 14, 8)?,
+        channel: u16::from_le_bytes(field(head, 0)?),
+        sequence: u32_at(head, 2)?,
+        log_time: u64_at(head, 6)?,
+        publish_time: u64_at(head, 14)?,
     };
     Some((head, payload))
 }
@@ -109,7 +131,7 @@ pub(super) fn message(body: &[u8]) -> Option<(MessageHead, &[u8])> {
 /// Returns the record of a chunk at `at`: opcode, and where its body begins and ends.
 pub(super) fn record_at(records: &[u8], at: usize) -> Option<(u8, usize, usize)> {
     let opcode = *records.get(at)?;
-    let length = usize::try_from(number(records, at + 1, 8)?).ok()?;
+    let length = usize::try_from(u64_at(records, at + 1)?).ok()?;
     let start = at + HEAD;
     let end = start.checked_add(length).filter(|end| *end <= records.len())?;
     Some((opcode, start, end))

@@ -24,13 +24,11 @@ pub(in crate::command) struct Tapped {
     pub(in crate::command) settings: BusSettings,
     /// How to tell the capture what to do; dropped, it ends.
     pub(in crate::command) orders: Option<Sender<Order>>,
-    /// Bytes so far, received and lost.
-    stream_offset: u64,
 }
 
 impl Tapped {
     pub(in crate::command) fn new(name: String, settings: BusSettings, orders: Sender<Order>) -> Self {
-        Tapped { name, settings, orders: Some(orders), stream_offset: 0 }
+        Tapped { name, settings, orders: Some(orders) }
     }
 }
 
@@ -140,20 +138,19 @@ impl<'a> Engine<'a> {
     fn take_read(&mut self, source: usize, read: &Read) -> Result<(), Failure> {
         let time = ReadTime::At(self.time(read.monotonic_ns));
         let ready = (read.ready_ns > 0).then(|| self.anchor.time(read.ready_ns));
-        let tapped = &mut self.sources[source];
-        tapped.stream_offset = tapped.stream_offset.saturating_add(read.bytes.len() as u64);
+        let bus = &self.sources[source].settings.name;
         let chunk = Chunk { time, bytes: &read.bytes, line_errors: &read.line_errors };
-        let item = Item::Chunk { bus: &tapped.settings.name, chunk, ready };
+        let item = Item::Chunk { bus, chunk, ready };
         self.session.take(&item, &mut self.stage)?;
         self.settle()
     }
 
     fn lose(&mut self, source: usize, monotonic_ns: u64, kind: LostKind, count: u64) -> Result<(), Failure> {
         let time = Some(self.time(monotonic_ns));
-        let tapped = &mut self.sources[source];
-        let lost = Lost { time, stream_offset: tapped.stream_offset, kind, count };
-        tapped.stream_offset = tapped.stream_offset.saturating_add(count);
-        self.session.take(&Item::Lost { bus: &tapped.settings.name, lost }, &mut self.stage)?;
+        let bus = &self.sources[source].settings.name;
+        // Its place is where the stream is: pipeline and recorder know that.
+        let lost = Lost { time, stream_offset: 0, kind, count };
+        self.session.take(&Item::Lost { bus, lost }, &mut self.stage)?;
         self.settle()
     }
 

@@ -158,8 +158,8 @@ impl<'a> Bench<'a> {
     fn finish(mut self) -> (String, Vec<Notice>, Outcome) {
         let (mut stage, result) = self.engine.finish();
         result.expect("a reader");
-        stage.rows.take().map(RowStream::finish);
-        stage.tape.take().map(Tape::finish);
+        stage.rows.take().expect("rows").finish();
+        stage.tape.take().expect("a tape").finish();
         self.rows.try_iter().for_each(|rows| self.lines.extend(rows));
         let outcome = self.writer.run(&self.batches);
         (String::from_utf8(self.lines).expect("UTF-8"), self.notices, outcome)

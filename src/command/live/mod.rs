@@ -21,6 +21,8 @@ mod rows;
 #[cfg(test)]
 mod script;
 mod signals;
+#[cfg(test)]
+mod soak;
 mod sources;
 mod stage;
 mod status;

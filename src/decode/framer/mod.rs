@@ -94,6 +94,8 @@ pub struct Framer {
     junk: Option<(u64, u64, Option<Outstanding>)>,
     pieces: VecDeque<Piece>,
     short_cut: bool,
+    /// Whether the bytes so far have given all pieces they can without more of them, or silence.
+    is_dry: bool,
     polled: Polled,
     /// The last score of requests and of responses turned into a confidence, and that: most frames score alike.
     confidence: [(f32, f32); 2],
@@ -126,6 +128,7 @@ impl Framer {
             junk: None,
             pieces: VecDeque::new(),
             short_cut: true,
+            is_dry: false,
             polled: Polled::new(),
             confidence: [(0.0, score::confidence(0.0)); 2],
         }
@@ -179,6 +182,9 @@ impl Framer {
             if let Some(piece) = self.pieces.pop_front() {
                 return Some(piece);
             }
+            if self.is_dry {
+                return None;
+            }
             if self.short_cut
                 && let Some(outstanding) = self.lattice.settled()
             {
@@ -193,11 +199,15 @@ impl Framer {
                         }
                         return Some(self.take_short_cut(edge, readings));
                     }
-                    Glance::Wait => return None,
+                    Glance::Wait => {
+                        self.is_dry = true;
+                        return None;
+                    }
                     Glance::Unsure => {}
                 }
             }
             if self.lattice.end() == self.store.end() {
+                self.is_dry = true;
                 return None;
             }
             self.step();
@@ -214,6 +224,7 @@ impl Framer {
         if chunk.bytes.is_empty() {
             return;
         }
+        self.is_dry = false;
         self.last_read = Some(self.stamper.read_time(chunk.time, chunk.bytes.len()));
         self.stamper.push(chunk.time, chunk.bytes.len());
         self.store.push(chunk.bytes, chunk.line_errors);
@@ -370,6 +381,7 @@ impl Framer {
         if self.deadline().is_none_or(|deadline| deadline > now) {
             return;
         }
+        self.is_dry = false;
         while self.lattice.end() < self.store.end() {
             self.step();
         }
@@ -380,6 +392,7 @@ impl Framer {
 
     /// Decides everything: the input has ended, or silence says so.
     pub fn finish(&mut self) {
+        self.is_dry = false;
         while self.lattice.end() < self.store.end() {
             self.step();
         }

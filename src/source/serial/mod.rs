@@ -167,6 +167,9 @@ impl Source for Serial {
     }
 
     fn reopen(&mut self) -> Result<(), SourceError> {
+        if self.port.is_some() {
+            return Ok(());
+        }
         let device = self.find()?;
         self.open_device(&device)?;
         self.adapter = self.look_up(&device).or_else(|| self.adapter.take());

@@ -3,8 +3,10 @@
 use std::io::Write;
 use std::os::unix::fs::symlink;
 
+use rustix::fs::{Mode, OFlags};
 use rustix::termios::{InputModes, LocalModes, tcgetattr};
 
+use super::super::super::Clock;
 use super::tree::Tree;
 use super::*;
 use crate::decode::chunk::LineErrorKind;
@@ -47,12 +49,20 @@ fn what_lay_there_before_it_was_opened_is_thrown_away_and_nothing_is_ever_echoed
 #[test]
 fn reads_that_find_the_kernels_buffer_full_are_suspect_and_lose_none_of_its_bytes() {
     let (mut bus, device) = pty();
+    // Opened before the source, which lets nobody in after it.
+    let other = rustix::fs::open(&device, OFlags::RDWR | OFlags::NOCTTY, Mode::empty()).expect("a pty");
     let mut serial = open(&device);
     // As on a line that nobody read for four seconds.
     rustix::io::ioctl_fionbio(&bus, true).expect("a pty of ours");
     let mut sent = 0;
     while let Ok(count) = bus.write(&[0x55; 512]) {
         sent += count;
+    }
+    // The kernel moves what was written when it likes; 4093 is all that fits.
+    let limit = SystemClock.monotonic_ns() + u64::try_from(LONG.as_nanos()).expect("seconds");
+    while rustix::io::ioctl_fionread(&other).expect("a pty") < 4093 {
+        assert!(SystemClock.monotonic_ns() < limit, "the buffer does not fill");
+        std::thread::yield_now();
     }
     let (mut read, mut suspects) = (0, Vec::new());
     while read < sent {
@@ -97,6 +107,8 @@ fn a_closed_pty_is_gone_until_it_is_opened_again_at_the_same_path() {
     let (bus, device) = pty();
     symlink(&device, &link).expect("a link");
     let mut serial = open(&link);
+    // The link first: another pty may get the number of this one.
+    std::fs::remove_file(&link).expect("a link");
     drop(bus);
     assert_eq!(receive(&mut serial).0, Received::Gone);
     assert_eq!(receive(&mut serial).0, Received::Gone, "and stays so");
@@ -104,9 +116,9 @@ fn a_closed_pty_is_gone_until_it_is_opened_again_at_the_same_path() {
     assert_eq!(error, format!("cannot open '{link}': no such device"));
 
     let (mut bus, device) = pty();
-    std::fs::remove_file(&link).expect("a link");
     symlink(&device, &link).expect("a link");
     serial.reopen().expect("it is back");
+    serial.reopen().expect("nothing to do");
     bus.write_all(&[1, 2, 3]).expect("room");
     assert_eq!(receive(&mut serial).1.bytes, [1, 2, 3]);
 }
