@@ -64,6 +64,7 @@ pub(super) fn run(args: &cli::Demo, verbose: bool) -> Result<(), Failure> {
         stop,
         duration_ns: Some(u64::from(args.duration).saturating_mul(SECOND as u64)),
     })?;
+    report.ended?;
     let mut output = Output::stdout();
     output.buffer.push(b'\n');
     let summary = report.info.map(|info| info.to_text(Clock::new(TimeStyle::Relative)));

@@ -58,5 +58,8 @@ pub(super) fn run(args: &cli::Listen, verbose: bool) -> Result<(), Failure> {
     if let Some(printing) = report.printing {
         printing.say(equipment);
     }
-    report.recorded.map_or(Ok(()), |recorded| live::say_recorded(recorded, &report.tally).map(drop))
+    if let Some(recorded) = report.recorded {
+        live::say_recorded(recorded, &report.tally)?;
+    }
+    report.ended
 }

@@ -52,11 +52,12 @@ pub(super) fn run(args: &cli::Record) -> Result<(), Failure> {
         stop,
         duration_ns: None,
     })?;
-    let Some(recorded) = report.recorded else { return Ok(()) };
+    let Some(recorded) = report.recorded else { return report.ended };
     let mut output = Output::stdout();
     for file in live::say_recorded(recorded, &report.tally)? {
         output.buffer.extend_from_slice(file.display().to_string().as_bytes());
         output.buffer.push(b'\n');
     }
-    output.flush()
+    output.flush()?;
+    report.ended
 }

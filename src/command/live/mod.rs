@@ -116,6 +116,8 @@ pub(super) struct Report {
     /// What made the rows.
     pub(super) printing: Option<Printing>,
     pub(super) info: Option<Info>,
+    /// Whether a source failed for good, or rows could not be written.
+    pub(super) ended: Result<(), Failure>,
 }
 
 /// Is a recording under way.
@@ -136,7 +138,7 @@ fn start<T: Send + 'static>(
 /// Taps live sources until they end, or until told to stop; what was recorded is finished then.
 ///
 /// # Errors
-/// When a recording cannot begin, a source failed for good, or rows cannot be written.
+/// When threads or the recording cannot begin.
 pub(super) fn run(job: Job<'_>) -> Result<Report, Failure> {
     let is_patient = job.sources.iter().all(|source| source.is_patient);
     let mut stage = Stage { info: job.info, ..Stage::default() };
@@ -177,9 +179,9 @@ pub(super) fn run(job: Job<'_>) -> Result<Report, Failure> {
     let recorded = finish_recording(&mut stage, writer)?;
     driver.hear();
     driver.status.finish();
-    let printing = finish_rows(&mut stage, printer)?;
-    result.and(finished).and(failed.map_or(Ok(()), Err))?;
-    Ok(Report { tally: stage.tally, recorded, printing, info: stage.info })
+    let (printing, written) = finish_rows(&mut stage, printer);
+    let ended = written.and(result).and(finished).and(failed.map_or(Ok(()), Err));
+    Ok(Report { tally: stage.tally, recorded, printing, info: stage.info, ended })
 }
 
 /// Starts a thread for each source.
@@ -237,7 +239,7 @@ fn finish_recording(
 fn finish_rows(
     stage: &mut Stage,
     printer: Option<JoinHandle<Result<(), Failure>>>,
-) -> Result<Option<Printing>, Failure> {
+) -> (Option<Printing>, Result<(), Failure>) {
     let printing = stage.rows.take().map(|rows| {
         let (dropped, printing) = rows.finish();
         if dropped > 0 {
@@ -248,8 +250,7 @@ fn finish_rows(
         printing
     });
     let crashed = |_| Failure::new("rows were not written: their thread crashed");
-    printer.map_or(Ok(()), |printer| printer.join().map_err(crashed)?)?;
-    Ok(printing)
+    (printing, printer.map_or(Ok(()), |printer| printer.join().map_err(crashed)?))
 }
 
 /// Waits for what comes, and lets the engine take it.
