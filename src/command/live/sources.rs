@@ -38,9 +38,6 @@ impl From<SourceError> for Failure {
 pub(in crate::command) fn open(args: &cli::Live, clock: &Arc<dyn Clock>) -> Result<Vec<Opened>, Failure> {
     let names = names(args)?;
     let line = args.line.unwrap_or_default();
-    if args.line.is_none() {
-        message::note(format_args!("line settings {line} assumed; --line says others"));
-    }
     let mut opened = Vec::new();
     for (spec, bus) in args.sources.iter().zip(names) {
         let source = source::open(spec, line, Arc::clone(clock))?;
@@ -50,6 +47,9 @@ pub(in crate::command) fn open(args: &cli::Live, clock: &Arc<dyn Clock>) -> Resu
             source,
             is_patient: !matches!(spec.place, Place::Serial(_)),
         });
+    }
+    if args.line.is_none() {
+        message::note(format_args!("line settings {line} assumed; --line says others"));
     }
     Ok(opened)
 }
