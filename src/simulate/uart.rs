@@ -165,11 +165,8 @@ mod tests {
     fn characters_come_in_time_and_other_settings_hold_at_once() {
         let until = |uart: &mut Uart, until| std::iter::from_fn(|| uart.receive(until)).collect::<Vec<_>>();
         let whole = received("9600-8N1", "9600-8N1", AfterFramingError::WaitForMark);
-        let mut uart = Uart::new(
-            Wire::traffic(config("9600-8N1")),
-            line("9600-8N1"),
-            AfterFramingError::WaitForMark,
-        );
+        let mut uart =
+            Uart::new(Wire::traffic(config("9600-8N1")), line("9600-8N1"), AfterFramingError::WaitForMark);
         let middle = whole[whole.len() / 2].end;
         let first = until(&mut uart, middle);
         assert_eq!(first, whole[..=whole.len() / 2]);
