@@ -113,7 +113,7 @@ impl Wire {
                 let pause = if random.chance(PAUSE.0) { random.range(0, PAUSE.1) } else { 0 };
                 let time = self.end + random.range(NOISE.0, NOISE.1) + pause;
                 let mark = self.after == self.is_swapped;
-                self.change(time, !mark);
+                self.change(time, mark);
                 self.end = time;
             }
         }

@@ -73,12 +73,6 @@ impl Diagnosis {
         Diagnosis { trouble: Some(trouble), evidence, advice: trouble.advice() }
     }
 
-    /// Says that the pair is swapped: the line rests at the wrong level.
-    pub(super) fn swapped(evidence: String) -> Self {
-        let advice = "swap A and B: the line rests at the level of a start bit";
-        Diagnosis { trouble: Some(Trouble::NoFrames), evidence, advice }
-    }
-
     /// Says that bytes come, but no frame at any speed or parity.
     pub fn no_frames_at_any_speed(bytes: u64, line_errors: u64) -> Self {
         let evidence = format!(

@@ -13,8 +13,10 @@ pub(in crate::analyze) use diagnosis::marked;
 pub use diagnosis::{Diagnosis, Trouble};
 use window::Window;
 
-/// A bus is silent after this long in nanoseconds, or after so many times its longest silence so far.
-const SILENCE_NS: i64 = 10 * SECOND;
+/// A bus is silent after this long in nanoseconds, if nothing has come from it before; else after this long, or after
+/// so many times its longest silence so far. Manuals ask for pauses of ten seconds.
+const NOTHING_NS: i64 = 10 * SECOND;
+const SILENCE_NS: i64 = 30 * SECOND;
 const SILENCES: i64 = 3;
 /// The longest silence that is waited for in nanoseconds: a bus that is polled once in five minutes is well.
 const LONGEST_SILENCE_NS: i64 = 900 * SECOND;
@@ -26,7 +28,7 @@ const FIRST_NS: i64 = 3 * SECOND;
 const LEAST_BYTES: u64 = 200;
 const LEAST_FRAMES: u64 = 8;
 /// Below this silence in nanoseconds nobody can say at what level the line rests.
-const REST_NS: i64 = 50 * MILLISECOND;
+const REST_NS: i64 = 30 * MILLISECOND;
 
 /// Watches a connection; pure, with time as an argument.
 #[derive(Clone, Debug)]
@@ -100,6 +102,10 @@ impl Connection {
     pub fn handle_frame(&mut self, frame: &Frame<'_>) {
         let bytes = frame.place.bytes;
         self.current.framed = self.current.framed.saturating_add(bytes.len() as u64);
+        // Requests and responses of these look alike: they do not tell who is heard.
+        if matches!(frame.function().0, 5 | 6 | 8 | 21 | 22) {
+            return;
+        }
         match frame.role {
             Role::Request if frame.echo => self.current.echoes += 1,
             Role::Request => self.current.requests += 1,
@@ -149,6 +155,10 @@ impl Connection {
         if self.told != Some(trouble) && (trouble == Trouble::Silence || now - since >= LASTS_NS) {
             self.told = Some(trouble);
             self.diagnosis = Some(self.diagnose(trouble, now, both));
+            if trouble == Trouble::Silence {
+                // What was before says nothing of what comes after.
+                (self.before, self.current) = (Window::default(), Window::default());
+            }
         }
     }
 
@@ -192,8 +202,8 @@ impl Connection {
     }
 
     fn is_silent(&self, now: Timestamp) -> bool {
-        let patience = SILENCE_NS.max(self.longest_silence.saturating_mul(SILENCES)).min(LONGEST_SILENCE_NS);
-        now - self.last_byte.unwrap_or(self.begun) >= patience
+        let Some(last) = self.last_byte else { return now - self.begun >= NOTHING_NS };
+        now - last >= SILENCE_NS.max(self.longest_silence.saturating_mul(SILENCES)).min(LONGEST_SILENCE_NS)
     }
 
     fn diagnose(&self, trouble: Trouble, now: Timestamp, both: &Window) -> Diagnosis {
@@ -204,7 +214,7 @@ impl Connection {
             Trouble::Silence => {
                 format!("not a byte in {} s", (now - self.last_byte.unwrap_or(self.begun)) / SECOND)
             }
-            Trouble::NoFrames if both.broken_rests >= 3 && both.broken_rests > both.rests => {
+            Trouble::NoFrames if both.rests_broken() => {
                 let rests = both.broken_rests;
                 return Diagnosis::swapped(format!(
                     "{bytes} bytes in {seconds} s, {rests} of them breaks before a silence"

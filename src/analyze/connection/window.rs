@@ -12,34 +12,29 @@ pub(super) struct Window {
     pub(super) errors: u64,
     /// Bytes in frames.
     pub(super) framed: u64,
-    /// Frames that masters sent, without echoes.
+    /// Frames that only masters send, without echoes, and that only units send.
     pub(super) requests: u64,
     pub(super) responses: u64,
     /// Requests that came again as echoes.
     pub(super) echoes: u64,
     /// Responses that came again.
     pub(super) repeats: u64,
-    /// Silences that a break began, and others.
-    pub(super) broken_rests: u64,
-    pub(super) rests: u64,
 }
 
-/// A window is complete after this long in nanoseconds, with so many frames or bytes, or after the longer time.
+/// A window is complete after this long in nanoseconds, with so many frames or bytes, or after the longer time: a
+/// bus that is polled once a minute is judged by what it says in ten.
 const COMPLETE_NS: i64 = 5 * SECOND;
 const COMPLETE_FRAMES: u64 = 16;
 const COMPLETE_BYTES: u64 = 256;
-const COMPLETE_ANYWAY_NS: i64 = 60 * SECOND;
+const COMPLETE_ANYWAY_NS: i64 = 600 * SECOND;
 
 impl Window {
     /// Tells whether the next window should begin.
     pub(super) fn is_complete(&self, now: Timestamp) -> bool {
         let Some(since) = self.since else { return false };
-        let is_full = self.frames() >= COMPLETE_FRAMES || self.bytes >= COMPLETE_BYTES;
+        let frames = self.requests.saturating_add(self.responses);
+        let is_full = frames >= COMPLETE_FRAMES || self.bytes >= COMPLETE_BYTES;
         now - since >= if is_full { COMPLETE_NS } else { COMPLETE_ANYWAY_NS }
-    }
-
-    pub(super) fn frames(&self) -> u64 {
-        self.requests.saturating_add(self.responses)
     }
 
     /// Joins it with the window after it.
@@ -53,8 +48,6 @@ impl Window {
             responses: self.responses.saturating_add(later.responses),
             echoes: self.echoes.saturating_add(later.echoes),
             repeats: self.repeats.saturating_add(later.repeats),
-            broken_rests: self.broken_rests.saturating_add(later.broken_rests),
-            rests: self.rests.saturating_add(later.rests),
         }
     }
 

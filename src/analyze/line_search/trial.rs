@@ -14,9 +14,11 @@ use crate::time::{MILLISECOND, SECOND, Timestamp};
 
 /// What is read this long after a change, in nanoseconds, belongs to the change (study of framing, section 5).
 const DEAF_NS: i64 = 20 * MILLISECOND;
-/// How long errors that are only counted may be those of the settings before, in nanoseconds: adapters are asked
-/// once a second.
+/// How long after a byte it is counted at the latest that it was damaged, in nanoseconds: adapters are asked once a
+/// second.
 const COUNT_NS: i64 = 1200 * MILLISECOND;
+/// Bytes by which such an adapter is judged, at least.
+const COUNTED_BYTES: u64 = 16;
 /// Bytes after which settings are wrong whose bytes have line errors, and after which they are wrong anyway: no
 /// frame among more than the longest request and response (study of framing, section 5).
 const DAMAGED_BYTES: u64 = 64;
@@ -72,6 +74,8 @@ pub(super) struct Trial {
     /// From when on line errors are those of these settings.
     judges_from: Timestamp,
     only_counts: bool,
+    /// When there were bytes enough to judge by.
+    judged_enough: Option<Timestamp>,
     evidence: Evidence,
     /// What the adapter had counted before.
     counted: Option<u64>,
@@ -107,6 +111,7 @@ impl Trial {
             deaf_until: now + DEAF_NS,
             judges_from: if only_counts { now + COUNT_NS } else { now },
             only_counts,
+            judged_enough: None,
             evidence: Evidence::default(),
             counted,
             frames_of: [0; 256],
@@ -150,6 +155,9 @@ impl Trial {
             let errors = chunk.line_errors.iter().filter(|error| is_damage(error.kind)).count() as u64;
             self.evidence.judged_bytes = self.evidence.judged_bytes.saturating_add(bytes);
             self.evidence.line_errors = self.evidence.line_errors.saturating_add(errors);
+            if self.evidence.judged_bytes >= COUNTED_BYTES {
+                self.judged_enough.get_or_insert(now);
+            }
         }
         self.framer.push(chunk);
         self.pump();
@@ -178,8 +186,9 @@ impl Trial {
         let dwell = (period_ns.saturating_mul(3) / 2).max(3 * SECOND / 2).saturating_mul(patience);
         let beyond = |bytes: u64, limit: u64| bytes >= limit.saturating_mul(patience.unsigned_abs());
         let is_over = if self.is_proven() {
-            let is_judged = !self.only_counts || now - self.judges_from >= COUNT_NS;
-            return if is_judged { Verdict::Proven } else { Verdict::Open };
+            // Of the latest bytes nothing is counted yet: they must not be the half of all.
+            let is_judged = self.judged_enough.is_some_and(|then| now - then >= 2 * COUNT_NS);
+            return if is_judged || !self.only_counts { Verdict::Proven } else { Verdict::Open };
         } else if self.evidence.frames > 0 {
             let since = self.framer.store().end().saturating_sub(self.last_frame_end);
             let waited = self.counted_ns(now, period_ns).saturating_sub(self.first_frame_ns);
