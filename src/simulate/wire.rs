@@ -70,8 +70,9 @@ impl Wire {
 
     /// Forgets what was before a time.
     pub(super) fn forget_before(&mut self, time: Timestamp) {
-        while let Some(edge) = self.edges.pop_front_if(|edge| edge.time <= time) {
+        while let Some(edge) = self.edges.front().filter(|edge| edge.time <= time) {
             self.before = edge.mark;
+            self.edges.pop_front();
         }
     }
 

@@ -8,7 +8,7 @@ mod window;
 
 use crate::decode::chunk::{LineError, LineErrorKind};
 use crate::decode::frame::{Frame, Role};
-use crate::time::{MILLISECOND, SECOND, Timestamp};
+use crate::time::{SECOND, Timestamp};
 pub(in crate::analyze) use diagnosis::marked;
 pub use diagnosis::{Diagnosis, Trouble};
 use window::Window;
@@ -27,8 +27,6 @@ const FIRST_NS: i64 = 3 * SECOND;
 /// The least bytes and frames to judge by.
 const LEAST_BYTES: u64 = 200;
 const LEAST_FRAMES: u64 = 8;
-/// Below this silence in nanoseconds nobody can say at what level the line rests.
-const REST_NS: i64 = 30 * MILLISECOND;
 
 /// Watches a connection; pure, with time as an argument.
 #[derive(Clone, Debug)]
@@ -38,8 +36,6 @@ pub struct Connection {
     begun: Timestamp,
     last_byte: Option<Timestamp>,
     longest_silence: i64,
-    /// Whether the last byte was a break.
-    is_broken: bool,
     /// The bytes of the last frame, if it was a response.
     last_response: Vec<u8>,
     /// What the adapter has counted, where it does.
@@ -59,7 +55,6 @@ impl Connection {
             begun: now,
             last_byte: None,
             longest_silence: 0,
-            is_broken: false,
             last_response: Vec::new(),
             counted: None,
             suspected: None,
@@ -74,17 +69,9 @@ impl Connection {
             return;
         }
         if let Some(last) = self.last_byte {
-            let silence = now - last;
-            self.longest_silence = self.longest_silence.max(silence.min(LONGEST_SILENCE_NS / SILENCES));
-            if silence >= REST_NS {
-                self.current.rests += u64::from(!self.is_broken);
-                self.current.broken_rests += u64::from(self.is_broken);
-            }
+            self.longest_silence = self.longest_silence.max((now - last).min(LONGEST_SILENCE_NS));
         }
         self.last_byte = Some(self.last_byte.map_or(now, |last| last.max(now)));
-        let is_last =
-            |error: &LineError| usize::try_from(error.offset).is_ok_and(|offset| offset + 1 == bytes);
-        self.is_broken = line_errors.iter().any(|error| error.kind == LineErrorKind::Break && is_last(error));
         let damaged = line_errors.iter().filter(|error| error.kind != LineErrorKind::Overrun).count();
         self.current.since.get_or_insert(now);
         self.current.bytes = self.current.bytes.saturating_add(bytes as u64);
@@ -213,12 +200,6 @@ impl Connection {
         let evidence = match trouble {
             Trouble::Silence => {
                 format!("not a byte in {} s", (now - self.last_byte.unwrap_or(self.begun)) / SECOND)
-            }
-            Trouble::NoFrames if both.rests_broken() => {
-                let rests = both.broken_rests;
-                return Diagnosis::swapped(format!(
-                    "{bytes} bytes in {seconds} s, {rests} of them breaks before a silence"
-                ));
             }
             Trouble::NoFrames => {
                 let framed = both.framed;
