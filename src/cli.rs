@@ -1,6 +1,7 @@
 //! The command line: types only.
 
 mod export;
+mod live;
 
 use std::path::PathBuf;
 
@@ -13,6 +14,7 @@ use crate::report::{Show, TimeStyle};
 use crate::simulate::{Adapter, Scenario};
 use crate::time::MILLISECOND;
 pub use export::{Export, ExportKind, LinkKind};
+pub use live::{Listen, Live, Record};
 
 /// Listens on a Modbus RTU bus without ever speaking, and says what the sensors said.
 #[derive(Debug, Parser)]
@@ -47,6 +49,8 @@ Exit status: 0 done, 2 could not do it.
 
 Examples:
   rtutap demo
+  rtutap listen /dev/ttyUSB0 --line 9600-8N1
+  rtutap record /dev/ttyUSB0 -o recordings/
   rtutap decode capture.hex
   rtutap decode capture.hex --show readings --format csv > readings.csv
   rtutap info capture.hex
@@ -55,6 +59,12 @@ Examples:
 /// Names the commands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
+    /// Watch a live bus
+    #[command(after_help = live::LISTEN_EXAMPLES)]
+    Listen(Listen),
+    /// Record a live bus, unattended
+    #[command(after_help = live::RECORD_NOTES)]
+    Record(Record),
     /// Print a recording: frames, transactions or readings
     #[command(after_help = DECODE_EXAMPLES)]
     Decode(Decode),
@@ -142,6 +152,18 @@ pub struct Decode {
     #[command(flatten)]
     pub bus: Bus,
 
+    /// What to print, and how.
+    #[command(flatten)]
+    pub printing: Printing,
+
+    /// Wait for a recording that is still being written, and print on
+    #[arg(long)]
+    pub follow: bool,
+}
+
+/// Holds which rows are printed, and how.
+#[derive(Debug, Args)]
+pub struct Printing {
     /// What to print; may be repeated [default: transactions]
     #[arg(long, value_enum, value_name = "WHAT")]
     pub show: Vec<ShowKind>,
@@ -149,10 +171,6 @@ pub struct Decode {
     /// How to print it [default: text]
     #[arg(long, value_enum, env = "RTUTAP_FORMAT", hide_env_values = true)]
     pub format: Option<RowFormat>,
-
-    /// Wait for a recording that is still being written, and print on
-    #[arg(long)]
-    pub follow: bool,
 
     /// Print only what passes, such as 'addr == 1 && temperature > 20'
     ///
@@ -214,6 +232,14 @@ pub struct Bus {
     #[arg(long, value_name = "MS", value_parser = milliseconds, env = "RTUTAP_ADAPTER_HOLD", hide_env_values = true, allow_negative_numbers = true)]
     pub adapter_hold: Option<Nanoseconds>,
 
+    /// What is known of devices and water.
+    #[command(flatten)]
+    pub equipment: Equipment,
+}
+
+/// Holds what is known of devices and water.
+#[derive(Debug, Args)]
+pub struct Equipment {
     /// Say what device is at an address, such as 3=yosemitech-do; may be repeated
     #[arg(long = "device", value_name = "ADDRESS=PROFILE", value_parser = assignment)]
     pub devices: Vec<Assignment>,

@@ -122,13 +122,14 @@ impl Config {
     pub fn complete(self, command: &mut Command) {
         match command {
             Command::Decode(args) => {
-                if args.show.is_empty() {
-                    args.show = self.show.clone().unwrap_or_default();
-                }
-                args.format = args.format.or(self.format);
-                args.time = args.time.or(self.time);
+                self.complete_printing(&mut args.printing);
                 self.complete_bus(&mut args.bus);
             }
+            Command::Listen(args) => {
+                self.complete_printing(&mut args.printing);
+                self.complete_live(&mut args.live);
+            }
+            Command::Record(args) => self.complete_live(&mut args.live),
             Command::Info(args) => {
                 args.time = args.time.or(self.time);
                 self.complete_bus(&mut args.bus);
@@ -141,14 +142,32 @@ impl Config {
         }
     }
 
+    fn complete_printing(&self, printing: &mut cli::Printing) {
+        if printing.show.is_empty() {
+            printing.show = self.show.clone().unwrap_or_default();
+        }
+        printing.format = printing.format.or(self.format);
+        printing.time = printing.time.or(self.time);
+    }
+
     fn complete_bus(self, bus: &mut cli::Bus) {
         bus.line = bus.line.or(self.line);
         bus.adapter_hold = bus.adapter_hold.or(self.adapter_hold);
-        bus.salinity = bus.salinity.or(self.salinity);
-        bus.pressure_kpa = bus.pressure_kpa.or(self.pressure_kpa);
+        self.complete_equipment(&mut bus.equipment);
+    }
+
+    fn complete_live(self, live: &mut cli::Live) {
+        live.line = live.line.or(self.line);
+        live.adapter_hold = live.adapter_hold.or(self.adapter_hold);
+        self.complete_equipment(&mut live.equipment);
+    }
+
+    fn complete_equipment(self, equipment: &mut cli::Equipment) {
+        equipment.salinity = equipment.salinity.or(self.salinity);
+        equipment.pressure_kpa = equipment.pressure_kpa.or(self.pressure_kpa);
         // The last word on an address, or a profile, is that of the command line.
-        bus.devices.splice(..0, self.devices);
-        bus.profiles.splice(..0, self.profiles);
+        equipment.devices.splice(..0, self.devices);
+        equipment.profiles.splice(..0, self.profiles);
     }
 }
 

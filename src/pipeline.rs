@@ -189,8 +189,11 @@ impl Pipeline {
         self.pairing.finish();
     }
 
-    /// Takes in that bytes are missing after those handled so far.
+    /// Takes in that bytes are missing after those handled so far; fires the deadlines before it first.
     pub fn handle_lost(&mut self, lost: Lost) {
+        if let Some(time) = lost.time {
+            self.handle_timeout(time);
+        }
         // Frames are placed by the bytes received, and so is what is missing between them.
         self.lost = Some(Lost { stream_offset: self.received, ..lost });
     }
@@ -325,15 +328,13 @@ impl Pipeline {
 
     /// Returns the next event. Take them all after each call that takes something in.
     pub fn poll_event(&mut self) -> Option<Event<'_>> {
-        if let Some(lost) = self.lost.take() {
-            return Some(Event::Lost(lost));
-        }
         while self.current.is_none() {
             match self.pairing.take() {
                 Some(Settled::Item(item, choice)) => return Some(self.item_event(item, choice)),
                 Some(Settled::Transaction(assembled)) => self.set_current(assembled, Stage::Observe),
                 None if self.pump_one(true) => {}
-                None => return None,
+                // What was decided before it was lost comes before it.
+                None => return self.lost.take().map(Event::Lost),
             }
         }
         match self.current.as_ref()?.stage {

@@ -83,6 +83,13 @@ pub enum Item<'a> {
         /// How, and how many.
         lost: Lost,
     },
+    /// Nothing was received until then, and that decided something while the bus was live.
+    Silence {
+        /// The bus.
+        bus: &'a str,
+        /// The time of the poll that came back empty.
+        until: Timestamp,
+    },
 }
 
 /// Is what reads an input.

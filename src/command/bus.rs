@@ -31,6 +31,15 @@ const MANY_BYTES: usize = 1000;
 
 /// Refuses a command line that contradicts itself, or names inputs that aren't there.
 pub(super) fn check(args: &cli::Bus) -> Result<(), Failure> {
+    check_devices(&args.equipment)?;
+    if args.inputs.iter().filter(|path| path.as_os_str() == "-").count() > 1 {
+        return Err(Failure::hinted("'-' was given twice", "standard input can be read only once"));
+    }
+    args.inputs.iter().try_for_each(|path| Ok(Input::check(path)?))
+}
+
+/// Refuses to be told two things about an address.
+pub(super) fn check_devices(args: &cli::Equipment) -> Result<(), Failure> {
     for (index, later) in args.devices.iter().enumerate() {
         let mut earlier = args.devices[..index].iter().filter(|earlier| earlier.address == later.address);
         if let Some(earlier) = earlier.find(|earlier| earlier.device != later.device) {
@@ -40,10 +49,7 @@ pub(super) fn check(args: &cli::Bus) -> Result<(), Failure> {
             return Err(Failure::hinted(message, "give one --device for an address"));
         }
     }
-    if args.inputs.iter().filter(|path| path.as_os_str() == "-").count() > 1 {
-        return Err(Failure::hinted("'-' was given twice", "standard input can be read only once"));
-    }
-    args.inputs.iter().try_for_each(|path| Ok(Input::check(path)?))
+    Ok(())
 }
 
 /// Returns the profiles kept in recordings, over them the built-in ones, and over those the ones given.
@@ -91,13 +97,28 @@ pub(super) fn attachments(args: &cli::Bus) -> Result<Vec<(String, String, Vec<u8
     let kept = args.inputs.iter().flat_map(|path| preface(path).attachments);
     let mut files: BTreeMap<String, Vec<u8>> =
         kept.filter(|(name, _)| name.starts_with(ATTACHED_PROFILES)).collect();
+    files.extend(given_profiles(&args.equipment)?);
+    Ok(as_attachments(files))
+}
+
+/// Returns the profiles given, as [`attachments`] does.
+pub(super) fn given_attachments(args: &cli::Equipment) -> Result<Vec<(String, String, Vec<u8>)>, Failure> {
+    Ok(as_attachments(given_profiles(args)?))
+}
+
+fn as_attachments(files: BTreeMap<String, Vec<u8>>) -> Vec<(String, String, Vec<u8>)> {
+    files.into_iter().map(|(name, text)| (name, "application/toml".to_owned(), text)).collect()
+}
+
+fn given_profiles(args: &cli::Equipment) -> Result<BTreeMap<String, Vec<u8>>, Failure> {
+    let mut files = BTreeMap::new();
     for path in &args.profiles {
         let id = profile(path)?.id;
         #[expect(clippy::disallowed_methods, reason = "profiles are files")]
         let text = std::fs::read(path).map_err(|error| Failure::reading(path, &error))?;
         files.insert(format!("{ATTACHED_PROFILES}{id}.toml"), text);
     }
-    Ok(files.into_iter().map(|(name, text)| (name, "application/toml".to_owned(), text)).collect())
+    Ok(files)
 }
 
 /// Reads one profile.
@@ -150,7 +171,7 @@ pub(super) fn read(
     let setup = Setup {
         line: args.line,
         adapter_hold_ns: args.adapter_hold.map(|hold| hold.0),
-        devices: devices(args, profiles)?,
+        devices: devices(&args.equipment, profiles)?,
         profiles: Arc::clone(profiles),
         readings: wanted.readings,
         decodes: wanted.decodes(),
@@ -230,7 +251,7 @@ fn wait() {
 }
 
 /// Returns devices of which nothing is known but what the command line says.
-fn devices(args: &cli::Bus, profiles: &Arc<Profiles>) -> Result<Devices, Failure> {
+pub(super) fn devices(args: &cli::Equipment, profiles: &Arc<Profiles>) -> Result<Devices, Failure> {
     let default = Environment::default();
     let environment = Environment {
         salinity: args.salinity.unwrap_or(default.salinity),
@@ -246,7 +267,7 @@ fn devices(args: &cli::Bus, profiles: &Arc<Profiles>) -> Result<Devices, Failure
 }
 
 /// Says what derived values rest on, where nobody asked for it.
-pub(super) fn say_environment(args: &cli::Bus) {
+pub(super) fn say_environment(args: &cli::Equipment) {
     if args.salinity.is_none() || args.pressure_kpa.is_none() {
         message::note(
             "derived values use a salinity of 0 and 101.325 kPa where not given (--salinity, --pressure-kpa)",
@@ -309,7 +330,7 @@ fn read_input(
             bytes += chunk.bytes.len();
         }
         if !session.take(&item, sink)?
-            && let Item::Chunk { bus, .. } | Item::Lost { bus, .. } = item
+            && let Item::Chunk { bus, .. } | Item::Lost { bus, .. } | Item::Silence { bus, .. } = item
         {
             begin(input, bus, session, sink)?;
             session.take(&item, sink)?;

@@ -7,9 +7,9 @@ use std::sync::Arc;
 use std::time::UNIX_EPOCH;
 
 use super::bus::{self, Wanted};
-use super::decode::judge;
 use super::failure::Failure;
 use super::output::Output;
+use super::printing::judge;
 use super::scribe::Scribe;
 use super::session::{Origin, Sink};
 use crate::capture::Item;
@@ -23,7 +23,7 @@ use writer::{Writer, remarks};
 pub(super) fn run(args: &cli::Export) -> Result<(), Failure> {
     let kind = kind(args)?;
     check(args, kind)?;
-    let profiles = bus::profiles(&args.bus.profiles, &args.bus.inputs)?;
+    let profiles = bus::profiles(&args.bus.equipment.profiles, &args.bus.inputs)?;
     if kind == ExportKind::Mcap {
         return write_mcap(args, &profiles);
     }
@@ -42,7 +42,7 @@ pub(super) fn run(args: &cli::Export) -> Result<(), Failure> {
         exporter.writer.finish(&mut exporter.output)?;
     }
     if exporter.derived {
-        bus::say_environment(&args.bus);
+        bus::say_environment(&args.bus.equipment);
     }
     result
 }
@@ -51,7 +51,7 @@ pub(super) fn run(args: &cli::Export) -> Result<(), Failure> {
 fn write_mcap(args: &cli::Export, profiles: &Arc<Profiles>) -> Result<(), Failure> {
     let attachments = bus::attachments(&args.bus)?;
     let session_id = session_id(&args.bus.inputs[0]); // there is one at least
-    let judge = args.filter.as_deref().map(|text| judge(text, profiles)).transpose()?;
+    let judge = args.filter.as_deref().map(|text| judge("--filter", text, profiles)).transpose()?;
     let anchor = bus::anchor(&args.bus.inputs);
     let options = Options { session_id, anchor, attachments, ..Options::default() };
     let mut scribe = Scribe::create(&args.output, options)?;
@@ -160,7 +160,7 @@ impl Sink for Exporter {
         match item {
             Item::Chunk { chunk, .. } => self.writer.chunk(chunk, &mut self.output.buffer),
             Item::Lost { lost, .. } => self.writer.lost(lost, &mut self.output.buffer),
-            Item::Line { .. } => {}
+            Item::Line { .. } | Item::Silence { .. } => {}
         }
         Ok(())
     }

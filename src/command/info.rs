@@ -12,7 +12,7 @@ use crate::report::info::{Info, Recording};
 
 /// Runs the command.
 pub(super) fn run(args: &cli::Info) -> Result<(), Failure> {
-    let profiles = bus::profiles(&args.bus.profiles, &args.bus.inputs)?;
+    let profiles = bus::profiles(&args.bus.equipment.profiles, &args.bus.inputs)?;
     let mut info = Info::new(&profiles);
     let mut recordings = Vec::new();
     let result = bus::read(&args.bus, &profiles, Wanted::default(), &mut info, |facts| {

@@ -7,13 +7,18 @@ mod demo;
 mod export;
 mod failure;
 mod info;
+mod journal;
+mod listen;
+mod live;
 mod log;
 mod man;
 mod message;
 mod output;
 mod ports;
+mod printing;
 mod profiles;
 mod progress;
+mod record;
 mod recover;
 mod scribe;
 mod session;
@@ -54,10 +59,14 @@ fn run_command(cli: &mut Cli) -> Result<(), Failure> {
         Command::Decode(args) => bus::check(&args.bus)?,
         Command::Info(args) => bus::check(&args.bus)?,
         Command::Export(args) => bus::check(&args.bus)?,
+        Command::Listen(args) => bus::check_devices(&args.live.equipment)?,
+        Command::Record(args) => bus::check_devices(&args.live.equipment)?,
         _ => {}
     }
     Config::load(cli.config.as_deref())?.complete(&mut cli.command);
     match &cli.command {
+        Command::Listen(args) => listen::run(args, cli.verbose),
+        Command::Record(args) => record::run(args),
         Command::Decode(args) => decode::run(args, cli.verbose),
         Command::Info(args) => info::run(args),
         Command::Export(args) => export::run(args),

@@ -1,41 +1,51 @@
 //! Writes a recording in MCAP: bytes as they come, and beside them what they decode to.
 
-use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use super::failure::Failure;
+use super::journal::Journal;
 use super::session::{Origin, Sink};
 use crate::capture::Item;
-use crate::capture::mcap::{BusId, ChannelId, Options, RecordError, Recorder, Schema};
+use crate::capture::mcap::{Options, RecordError};
 use crate::pipeline::Event;
 use crate::report::mcap::{Message, Messages};
 use crate::report::{Judge, Passing};
 
 /// Writes what a session receives and decodes.
 pub(super) struct Scribe {
-    recorder: Recorder,
-    buses: Vec<Bus>,
-    channels: HashMap<String, ChannelId>,
+    journal: Journal,
+    decoded: Decoded,
     passing: Passing,
     /// What is said about each bus.
     remark: Option<String>,
     trouble: Option<RecordError>,
 }
 
-struct Bus {
-    name: String,
-    id: BusId,
-    messages: Messages,
+/// Makes the messages of several buses.
+#[derive(Default)]
+pub(super) struct Decoded(Vec<(String, Messages)>);
+
+impl Decoded {
+    /// Begins a bus that is not known yet.
+    pub(super) fn begin(&mut self, bus: &str) {
+        if self.0.iter().all(|(known, _)| known != bus) {
+            self.0.push((bus.to_owned(), Messages::new(bus)));
+        }
+    }
+
+    /// Returns the message of an event, if it has one.
+    pub(super) fn event(&mut self, bus: &str, event: &Event<'_>) -> Option<Message> {
+        let (_, messages) = self.0.iter_mut().find(|(known, _)| known == bus)?;
+        messages.event(event)
+    }
 }
 
 impl Scribe {
     /// Begins a recording at `path`.
     pub(super) fn create(path: &Path, options: Options) -> Result<Self, Failure> {
-        let recorder = Recorder::create(path, options)?;
         Ok(Scribe {
-            recorder,
-            buses: Vec::new(),
-            channels: HashMap::new(),
+            journal: Journal::create(path, options)?,
+            decoded: Decoded::default(),
             passing: Passing::new(None),
             remark: None,
             trouble: None,
@@ -58,34 +68,18 @@ impl Scribe {
     pub(super) fn finish(self) -> Result<Vec<PathBuf>, Failure> {
         match self.trouble {
             Some(trouble) => Err(trouble.into()),
-            None => Ok(self.recorder.finish("finished")?),
+            None => Ok(self.journal.finish("finished")?),
         }
     }
 
     /// Tells whether a bus was begun.
     pub(super) fn has_begun(&self) -> bool {
-        !self.buses.is_empty()
+        self.journal.has_begun()
     }
 
     /// Gives the recording up, and leaves nothing behind.
     pub(super) fn abandon(self) {
-        let path = self.recorder.current().map(Path::to_owned);
-        drop(self.recorder);
-        // It holds nothing; that it cannot be removed changes nothing.
-        let _ = path.map(std::fs::remove_file);
-    }
-
-    fn write(&mut self, message: &Message) -> Result<(), RecordError> {
-        let channel = match self.channels.get(&message.topic) {
-            Some(channel) => *channel,
-            None => {
-                let schema = Schema { name: message.schema, descriptors: message.descriptors };
-                let channel = self.recorder.channel(&message.topic, schema, message.metadata.clone());
-                self.channels.insert(message.topic.clone(), channel);
-                channel
-            }
-        };
-        self.recorder.write_message(channel, message.time, &message.payload)
+        self.journal.abandon();
     }
 }
 
@@ -93,42 +87,20 @@ impl Sink for Scribe {
     fn begin(&mut self, origin: &Origin) -> Result<(), Failure> {
         let mut settings = origin.settings.clone();
         settings.facts.extend(self.remark.iter().map(|remark| ("remark".to_owned(), remark.clone())));
-        match self.buses.iter().find(|bus| bus.name == settings.name) {
-            Some(bus) => self.recorder.set_line(bus.id, settings)?,
-            None => {
-                let name = settings.name.clone();
-                let id = self.recorder.add_bus(settings)?;
-                self.buses.push(Bus { messages: Messages::new(&name), name, id });
-            }
-        }
-        Ok(())
+        self.decoded.begin(&settings.name);
+        Ok(self.journal.begin(settings)?)
     }
 
     fn received(&mut self, item: &Item<'_>) -> Result<(), Failure> {
-        let id = |bus: &str| self.buses.iter().find(|known| known.name == bus).map(|known| known.id);
-        match item {
-            Item::Chunk { bus, chunk, ready } => {
-                if let Some(id) = id(bus) {
-                    self.recorder.write_chunk(id, chunk, *ready)?;
-                }
-            }
-            Item::Lost { bus, lost } => {
-                if let Some(id) = id(bus) {
-                    self.recorder.write_lost(id, lost)?;
-                }
-            }
-            Item::Line { .. } => {}
-        }
-        Ok(())
+        Ok(self.journal.item(item)?)
     }
 
     fn event(&mut self, bus: &str, event: &Event<'_>) {
-        let known = self.buses.iter_mut().find(|known| known.name == bus);
-        let message = known.and_then(|bus| bus.messages.event(event));
+        let message = self.decoded.event(bus, event);
         if self.passing.passes(bus, event)
             && let Some(message) = message
         {
-            let written = self.write(&message);
+            let written = self.journal.message(&message);
             self.trouble = self.trouble.take().or(written.err());
         }
     }

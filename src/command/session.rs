@@ -9,6 +9,7 @@ use crate::device::{Devices, Profiles};
 use crate::line::LineSettings;
 use crate::pipeline::{Event, Options, Pipeline};
 use crate::report::redact::{Redacted, Redactor};
+use crate::time::Timestamp;
 
 /// Receives what comes out of the inputs.
 pub(super) trait Sink {
@@ -140,7 +141,7 @@ impl<'a> Session<'a> {
                 let settings = BusSettings { name, line, adapter_hold_ns, ..BusSettings::default() };
                 return self.begin(settings, sink).map(|()| true);
             }
-            Item::Chunk { bus, .. } | Item::Lost { bus, .. } => bus,
+            Item::Chunk { bus, .. } | Item::Lost { bus, .. } | Item::Silence { bus, .. } => bus,
         };
         let Some(at) = self.buses.iter().position(|known| known.settings.name == bus) else {
             return Ok(false);
@@ -151,6 +152,7 @@ impl<'a> Session<'a> {
         match item {
             Item::Chunk { chunk, .. } => redactor.push(chunk),
             Item::Lost { lost, .. } => redactor.push_lost(*lost),
+            Item::Silence { until, .. } => redactor.push_silence(*until),
             Item::Line { .. } => {}
         }
         self.take_redacted(at, sink).map(|()| true)
@@ -165,6 +167,7 @@ impl<'a> Session<'a> {
             let item = match redacted {
                 Redacted::Chunk(chunk) => Item::Chunk { bus: &bus, chunk, ready: None },
                 Redacted::Lost(lost) => Item::Lost { bus: &bus, lost },
+                Redacted::Silence(until) => Item::Silence { bus: &bus, until },
             };
             result = result.and(self.decode(at, &item, sink));
         }
@@ -178,10 +181,29 @@ impl<'a> Session<'a> {
             self.act(at, sink, |pipeline| match item {
                 Item::Chunk { chunk, .. } => pipeline.handle_bytes(chunk),
                 Item::Lost { lost, .. } => pipeline.handle_lost(*lost),
+                Item::Silence { until, .. } => pipeline.handle_timeout(*until),
                 Item::Line { .. } => {}
             });
         }
         Ok(())
+    }
+
+    /// Takes in that a live bus was silent until then, if that decides anything.
+    ///
+    /// What does is an item: the ids of all buses are counted in the order of decisions, and a recording has to
+    /// give the same ones.
+    pub(super) fn poll(&mut self, bus: &str, until: Timestamp, sink: &mut impl Sink) -> Result<(), Failure> {
+        let known = self.buses.iter().find(|known| known.settings.name == bus);
+        let deadline = known.and_then(|bus| bus.pipeline.poll_timeout());
+        if deadline.is_none_or(|deadline| deadline > until) {
+            return Ok(());
+        }
+        self.take(&Item::Silence { bus, until }, sink).map(drop)
+    }
+
+    /// Tells whether every byte and frame so far is decided.
+    pub(super) fn is_settled(&self) -> bool {
+        self.buses.iter().all(|bus| bus.pipeline.poll_timeout().is_none())
     }
 
     fn finish_bus(&mut self, at: usize, sink: &mut impl Sink) -> Result<(), Failure> {

@@ -16,6 +16,7 @@ use crate::decode::frame::{Damaged, Frame, Place, Reason, Role};
 use crate::decode::transaction::{Side, Transaction};
 use crate::device::Profiles;
 use crate::pipeline::{Event, Pipeline};
+use crate::time::Timestamp;
 
 /// Says in a file what was done to it.
 pub const REMARK: &str = "redacted: serial numbers are blanked with X, and CRCs mended";
@@ -33,10 +34,16 @@ pub struct Redactor {
     pipeline: Pipeline,
     profiles: Arc<Profiles>,
     held: Held,
-    /// What was lost, and after how many bytes.
-    losses: VecDeque<(u64, Lost)>,
+    /// What was lost or silent, and after how many bytes.
+    marks: VecDeque<(u64, Mark)>,
     taken: u64,
     given: u64,
+}
+
+/// Is what stands between reads.
+enum Mark {
+    Lost(Lost),
+    Silence(Timestamp),
 }
 
 /// Is what comes out of a redactor.
@@ -45,13 +52,15 @@ pub enum Redacted<'a> {
     Chunk(Chunk<'a>),
     /// Bytes were lost here.
     Lost(Lost),
+    /// Nothing was received until then.
+    Silence(Timestamp),
 }
 
 impl Redactor {
     /// Makes a redactor that finds serial numbers by a pipeline of its own.
     pub fn new(pipeline: Pipeline, profiles: Arc<Profiles>) -> Self {
-        let losses = VecDeque::new();
-        Redactor { pipeline, profiles, held: Held::default(), losses, taken: 0, given: 0 }
+        let marks = VecDeque::new();
+        Redactor { pipeline, profiles, held: Held::default(), marks, taken: 0, given: 0 }
     }
 
     /// Takes a read.
@@ -65,7 +74,15 @@ impl Redactor {
 
     /// Takes note that bytes were lost after those taken so far.
     pub fn push_lost(&mut self, lost: Lost) {
-        self.losses.push_back((self.taken, lost));
+        self.marks.push_back((self.taken, Mark::Lost(lost)));
+    }
+
+    /// Takes note that nothing was received until then.
+    pub fn push_silence(&mut self, until: Timestamp) {
+        self.marks.push_back((self.taken, Mark::Silence(until)));
+        self.pipeline.handle_timeout(until);
+        self.blank();
+        self.held.settle(self.pipeline.settled_frame_id());
     }
 
     /// Takes note that the input has ended.
@@ -77,8 +94,11 @@ impl Redactor {
 
     /// Returns what comes next, if it is ready.
     pub fn pop(&mut self) -> Option<Redacted<'_>> {
-        if self.losses.front().is_some_and(|(after, _)| *after <= self.given) {
-            return self.losses.pop_front().map(|(_, lost)| Redacted::Lost(lost));
+        if self.marks.front().is_some_and(|(after, _)| *after <= self.given) {
+            return self.marks.pop_front().map(|(_, mark)| match mark {
+                Mark::Lost(lost) => Redacted::Lost(lost),
+                Mark::Silence(until) => Redacted::Silence(until),
+            });
         }
         let (chunk, _) = self.held.pop()?;
         self.given += chunk.bytes.len() as u64;
@@ -197,7 +217,7 @@ mod tests {
     use crate::device::{Devices, Environment};
     use crate::line::LineSettings;
     use crate::pipeline::Options;
-    use crate::time::{MILLISECOND, Timestamp};
+    use crate::time::MILLISECOND;
 
     #[test]
     fn what_was_lost_stays_between_the_reads_where_it_was_lost() {
@@ -227,6 +247,7 @@ mod tests {
             order.push(match redacted {
                 Redacted::Chunk(chunk) => Err(chunk.bytes.to_vec()),
                 Redacted::Lost(lost) => Ok(lost),
+                Redacted::Silence(_) => unreachable!("there was none"),
             });
         }
         assert_eq!(order, [Err(request.to_vec()), Ok(lost), Err(request.to_vec())]);

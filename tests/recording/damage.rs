@@ -115,7 +115,7 @@ impl Original {
         let (mut position, mut there) = (0, 0);
         for item in found {
             match item {
-                Found::Line(..) => {}
+                Found::Line(..) | Found::Silence(..) => {}
                 Found::Lost(_, lost) => {
                     assert_eq!(lost.kind, LostKind::Disk, "{what}");
                     position += lost.count as usize;

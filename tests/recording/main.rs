@@ -21,6 +21,7 @@ enum Found {
     Line(String, LineSettings, Option<i64>),
     Chunk(String, ReadTime, Vec<u8>, Vec<LineError>),
     Lost(String, Lost),
+    Silence(String, Timestamp),
 }
 
 impl Found {
@@ -87,6 +88,7 @@ fn rest(recording: &mut Recording) -> Vec<Found> {
                 Found::Chunk(bus.into(), chunk.time, chunk.bytes.to_vec(), chunk.line_errors.to_vec())
             }
             Item::Lost { bus, lost } => Found::Lost(bus.into(), lost),
+            Item::Silence { bus, until } => Found::Silence(bus.into(), until),
         });
     }
     found

@@ -100,7 +100,8 @@ fn losses_come_back_by_their_kind() {
         lost(2, LostKind::Queue, 5),
         lost(9, LostKind::Overrun, 1),
         lost(12, LostKind::SourceGone, 0),
-        lost(14, LostKind::Disk, 100),
+        lost(14, LostKind::Overrun, 0),
+        lost(16, LostKind::Disk, 100),
     ];
     recorder.write_chunk(id, &chunk(NOW), None).expect("a disk that works");
     for loss in &losses {
@@ -112,6 +113,30 @@ fn losses_come_back_by_their_kind() {
     let found: Vec<_> = found.into_iter().filter(|item| matches!(item, Found::Lost(..))).collect();
     assert_eq!(found, losses.map(|lost| Found::Lost("bus0".into(), lost)));
     assert_eq!(facts.lost_bytes, 100, "only what the disk lost is missing in the file");
+}
+
+#[test]
+fn reads_of_several_buses_and_silences_between_them_come_back_in_their_order() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let path = directory.path().join("a.mcap");
+    let mut recorder = Recorder::create(&path, Options::default()).expect("a file");
+    let ids = ["pump", "tank"].map(|name| recorder.add_bus(bus(name)).expect("a disk that works"));
+    let mut expected = Vec::new();
+    for (index, which) in [0, 0, 1, 0, 1, 1].into_iter().enumerate() {
+        let (name, ns) = (["pump", "tank"][which], NOW + index as i64 * MILLISECOND);
+        let chunk = Chunk { time: at(ns), bytes: b"\x01", line_errors: &[] };
+        recorder.write_chunk(ids[which], &chunk, None).expect("a disk that works");
+        expected.push(Found::Chunk(name.into(), at(ns), b"\x01".to_vec(), Vec::new()));
+        if index == 3 {
+            let until = Timestamp::from_ns(ns + 1);
+            recorder.write_silence(ids[1], until).expect("a disk that works");
+            expected.push(Found::Silence("tank".into(), until));
+        }
+    }
+    recorder.finish("finished").expect("a disk that works");
+    let (found, _) = read(&path);
+    let found: Vec<_> = found.into_iter().filter(|item| !matches!(item, Found::Line(..))).collect();
+    assert_eq!(found, expected);
 }
 
 #[test]

@@ -11,7 +11,9 @@
 //!
 //! Where the bytes of a bus skip some, the recording says why: a message of its own with the number tells of bytes
 //! that the UART (`overrun`) or this program (`queue`) had no room for, one without a number that the source was
-//! gone; bytes that skip without a message are what the disk did not take or give back (`disk`).
+//! gone, or that a UART that cannot count may have lost some; bytes that skip without a message are what the disk did
+//! not take or give back (`disk`). A message without bytes and errors says that silence decided something there: live,
+//! it did when a poll came back empty, and a replay has nothing else to know it by.
 
 mod index;
 mod line;

@@ -65,6 +65,9 @@ impl Part {
             options.create(true).truncate(true)
         };
         let file = options.open(&temporary)?;
+        if is_careful {
+            lock(&file);
+        }
         let written = Arc::new(AtomicU64::new(0));
         let counted = Counted { inner: BufWriter::new(file.try_clone()?), written: Arc::clone(&written) };
         let writer = WriteOptions::new()
@@ -186,6 +189,14 @@ impl Part {
         self.writer(Writer::flush)
     }
 
+    /// Tells whether the file was removed, so that nobody will find what is written to it.
+    pub(super) fn is_removed(&self) -> bool {
+        #[cfg(unix)]
+        return self.file.metadata().is_ok_and(|file| std::os::unix::fs::MetadataExt::nlink(&file) == 0);
+        #[cfg(not(unix))]
+        return false; // a file that is open cannot be removed there
+    }
+
     /// Brings to the disk what was handed to the system.
     pub(super) fn sync(&mut self) -> io::Result<()> {
         self.file.sync_data()
@@ -205,6 +216,14 @@ impl Part {
         }
         Ok(self.path)
     }
+}
+
+/// Shows others that the file is being written; where it cannot be shown, they may think that nobody does.
+fn lock(file: &File) {
+    #[cfg(unix)]
+    let _ = rustix::fs::flock(file, rustix::fs::FlockOperation::NonBlockingLockExclusive);
+    #[cfg(not(unix))]
+    let _ = file;
 }
 
 /// Brings the name of a file to the disk.

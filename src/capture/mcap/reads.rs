@@ -43,12 +43,9 @@ impl Reads {
 
     /// Tells whether there is a read in the message: bytes, or at least a line error.
     pub(super) fn is_any(raw: &RawChunk) -> bool {
-        let is_mark = |kind: ErrorKind, count| kind != ErrorKind::Overrun || count == 0;
-        !raw.data.is_empty()
-            || raw
-                .errors
-                .iter()
-                .any(|error| kind(error.kind()).is_some() && is_mark(error.kind(), error.count))
+        // An overrun without a byte to mark is a loss, counted or not.
+        let is_mark = |mark: ErrorKind| mark != ErrorKind::Overrun && kind(mark).is_some();
+        !raw.data.is_empty() || raw.errors.iter().any(|error| is_mark(error.kind()))
     }
 
     /// Tells whether more reads are in the message.

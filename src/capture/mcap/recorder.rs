@@ -68,6 +68,12 @@ pub struct Recorder {
     synced: Timestamp,
     totals: Totals,
     finished: Vec<PathBuf>,
+    /// Bytes that the disk did not take, in all parts.
+    disk_lost: u64,
+    /// Whether the last part was closed and the next begins when there is something to write.
+    is_resting: bool,
+    /// Whether the part holds more than its beginning.
+    has_items: bool,
 }
 
 /// Counts the bytes of a part.
@@ -80,11 +86,12 @@ struct Totals {
 }
 
 impl Totals {
-    /// Counts as lost what the disk did not take.
-    fn lose(&mut self) {
+    /// Counts as lost what the disk did not take; returns how much that was.
+    fn lose(&mut self) -> u64 {
         let lost = std::mem::take(&mut self.unsafe_bytes);
         self.lost = self.lost.saturating_add(lost);
         self.written = self.written.saturating_sub(lost);
+        lost
     }
 }
 
@@ -109,6 +116,9 @@ impl Recorder {
             synced: Timestamp::MIN,
             totals: Totals::default(),
             finished: Vec::new(),
+            disk_lost: 0,
+            is_resting: false,
+            has_items: false,
         };
         recorder.clock = recorder.channel("/clock", Schema::CLOCK, BTreeMap::new());
         recorder.open_part()?;
@@ -163,14 +173,16 @@ impl Recorder {
             return Ok(());
         }
         let time = self.time_of(bus, chunk);
+        self.wake(time)?;
         let anchor = self.begin(time)?;
+        // Reads are not merged across those of another bus: they are decoded in the order of the file.
+        self.flush_reads_but(bus)?;
         let state = &mut self.buses[bus.0];
         if state.pending.as_mut().is_some_and(|pending| pending.merge(chunk, time, anchor, ready)) {
             state.time = Some(time);
             return Ok(());
         }
-        let before = self.buses[bus.0].pending.as_ref().map_or(time, Pending::last_time);
-        self.flush_reads_until(before)?;
+        self.flush_reads()?;
         self.rotate_if_due(time)?;
         let state = &mut self.buses[bus.0];
         state.pending = Some(Pending::new(chunk, time, anchor, ready));
@@ -203,6 +215,7 @@ impl Recorder {
     pub fn write_lost(&mut self, bus: BusId, lost: &Lost) -> Result<(), RecordError> {
         self.flush_reads()?;
         let time = lost.time.or(self.buses[bus.0].time).unwrap_or(YEAR_2000);
+        self.wake(time)?;
         let anchor = self.begin(time)?;
         let count = match lost.kind {
             LostKind::SourceGone => 0,
@@ -224,6 +237,22 @@ impl Recorder {
         }
         self.buses[bus.0].offset = self.buses[bus.0].offset.saturating_add(count);
         Ok(())
+    }
+
+    /// Writes that nothing was received until then: silence decided something, and has to decide it again.
+    ///
+    /// # Errors
+    /// When the recording cannot be written.
+    pub fn write_silence(&mut self, bus: BusId, until: Timestamp) -> Result<(), RecordError> {
+        self.flush_reads()?;
+        self.wake(until)?;
+        let anchor = self.begin(until)?;
+        let raw = RawChunk {
+            stream_offset: self.buses[bus.0].offset,
+            monotonic_ns: anchor.monotonic_ns(until),
+            ..RawChunk::default()
+        };
+        self.write_raw(bus, until, &raw)
     }
 
     /// Writes a message beside the bytes; its log time is that of the message before it.
@@ -268,12 +297,18 @@ impl Recorder {
     /// When the recording cannot be written.
     pub fn tick(&mut self, now: Timestamp) -> Result<(), RecordError> {
         self.flush_reads()?;
+        if self.is_resting {
+            return Ok(());
+        }
         let is_dirty = self.part.as_ref().is_some_and(Part::is_dirty);
         let is_flush_due = now - self.flushed >= FLUSH_AFTER;
         if self.part.is_none() && is_flush_due {
             self.flushed = now;
-            self.open_part()?;
-            return self.begin_part(now);
+            return self.try_part(now);
+        }
+        if is_dirty && is_flush_due && self.part.as_ref().is_some_and(Part::is_removed) {
+            self.totals.unsafe_bytes = self.totals.written;
+            return Err(self.abandon(io::Error::new(io::ErrorKind::NotFound, "the file was removed")));
         }
         if is_dirty && is_flush_due {
             self.flushed = now;
@@ -287,6 +322,57 @@ impl Recorder {
         self.rotate_if_due(now)
     }
 
+    /// Closes the part if anything is in it; the next one begins when there is something to write.
+    ///
+    /// # Errors
+    /// When the recording cannot be written.
+    pub fn rest(&mut self, reason: &str) -> Result<(), RecordError> {
+        self.flush_reads()?;
+        if self.totals.written == 0 || self.part.is_none() {
+            return Ok(());
+        }
+        self.is_resting = true;
+        self.close_part(reason)
+    }
+
+    /// Begins a part after a rest.
+    fn wake(&mut self, now: Timestamp) -> Result<(), RecordError> {
+        if !std::mem::take(&mut self.is_resting) {
+            return Ok(());
+        }
+        self.open_part()?;
+        self.begin_part(now)
+    }
+
+    /// Begins a part after one that failed; when that fails, too, it leaves nothing behind.
+    fn try_part(&mut self, now: Timestamp) -> Result<(), RecordError> {
+        let before = self.part_index;
+        let result = self.open_part().and_then(|()| self.begin_part(now));
+        if let Err(RecordError { path, .. }) = &result
+            && self.part_index > before
+        {
+            // It holds nothing; that it cannot be removed changes nothing.
+            let _ = std::fs::remove_file(path);
+            self.part_index = before;
+        }
+        result
+    }
+
+    /// Returns how many bytes of buses the disk did not take so far.
+    pub fn bytes_lost_to_disk(&self) -> u64 {
+        self.disk_lost
+    }
+
+    /// Returns the parts that are finished.
+    pub fn finished(&self) -> &[PathBuf] {
+        &self.finished
+    }
+
+    /// Tells whether anything was received yet.
+    pub fn has_begun(&self) -> bool {
+        self.begun.is_some()
+    }
+
     /// Ends the recording; returns the files it is in.
     ///
     /// # Errors
@@ -294,7 +380,12 @@ impl Recorder {
     pub fn finish(mut self, reason: &str) -> Result<Vec<PathBuf>, RecordError> {
         self.flush_reads()?;
         self.begin(YEAR_2000)?;
-        self.close_part(reason)?;
+        if self.has_items || self.finished.is_empty() {
+            self.close_part(reason)?;
+        } else if let Some(part) = self.part.take() {
+            // A part that has just begun holds nothing; that it cannot be removed changes nothing.
+            let _ = std::fs::remove_file(part.temporary());
+        }
         Ok(self.finished)
     }
 
@@ -305,12 +396,13 @@ impl Recorder {
 
     /// Creates the file of the next part.
     fn open_part(&mut self) -> Result<(), RecordError> {
-        self.part_index += 1;
-        let path = part_path(&self.path, self.part_index);
+        let path = part_path(&self.path, self.part_index + 1);
         let is_careful = self.options.is_durable;
         let part = Part::create(&path, ".part", is_careful).map_err(|error| RecordError { path, error })?;
+        self.part_index += 1;
         self.part = Some(part);
         self.totals.written = 0;
+        self.has_items = false;
         let previous = self.finished.last().and_then(|path| path.file_name());
         let session = [
             ("format_version", FORMAT_VERSION.to_owned()),
@@ -366,30 +458,31 @@ impl Recorder {
         self.emit(line, log.last(), log.last(), &message.encode_to_vec())
     }
 
-    /// Writes the reads that wait.
+    /// Writes the reads that wait; those of one bus at most do.
     fn flush_reads(&mut self) -> Result<(), RecordError> {
-        self.flush_reads_until(Timestamp::MAX)
+        (0..self.buses.len()).try_for_each(|bus| self.flush_reads_of(bus))
     }
 
-    /// Writes the reads that wait and ended until `time`, oldest first.
-    fn flush_reads_until(&mut self, time: Timestamp) -> Result<(), RecordError> {
-        loop {
-            let waiting = self.buses.iter().enumerate();
-            let waiting = waiting.filter_map(|(index, bus)| Some((bus.pending.as_ref()?.last_time(), index)));
-            let Some((last, index)) = waiting.min().filter(|(last, _)| *last <= time) else { return Ok(()) };
-            let Some(pending) = self.buses[index].pending.take() else { return Ok(()) };
-            let mut raw = pending.into_message();
-            raw.stream_offset = self.buses[index].offset;
-            let length = raw.data.len() as u64;
-            self.buses[index].offset = raw.stream_offset.saturating_add(length);
-            self.totals.written = self.totals.written.saturating_add(length);
-            self.totals.unsafe_bytes = self.totals.unsafe_bytes.saturating_add(length);
-            self.write_raw(BusId(index), last, &raw)?;
-        }
+    /// Writes the reads that wait of other buses than this one.
+    fn flush_reads_but(&mut self, bus: BusId) -> Result<(), RecordError> {
+        (0..self.buses.len()).filter(|other| *other != bus.0).try_for_each(|other| self.flush_reads_of(other))
+    }
+
+    fn flush_reads_of(&mut self, bus: usize) -> Result<(), RecordError> {
+        let Some(pending) = self.buses[bus].pending.take() else { return Ok(()) };
+        let last = pending.last_time();
+        let mut raw = pending.into_message();
+        raw.stream_offset = self.buses[bus].offset;
+        let length = raw.data.len() as u64;
+        self.buses[bus].offset = raw.stream_offset.saturating_add(length);
+        self.totals.written = self.totals.written.saturating_add(length);
+        self.totals.unsafe_bytes = self.totals.unsafe_bytes.saturating_add(length);
+        self.write_raw(BusId(bus), last, &raw)
     }
 
     fn write_raw(&mut self, bus: BusId, time: Timestamp, raw: &RawChunk) -> Result<(), RecordError> {
         let Some((_, log)) = &mut self.begun else { return Ok(()) };
+        self.has_items = true;
         let time = log.next(time);
         let state = &self.buses[bus.0];
         let length = i64::try_from(raw.data.len()).unwrap_or(i64::MAX);
@@ -409,7 +502,7 @@ impl Recorder {
         let ChannelState { topic, schema, metadata, id, sequence } = &mut self.channels[channel.0];
         let Some(part) = &mut self.part else {
             // The disk failed; until there is a new part everything is lost, and counted.
-            self.totals.lose();
+            self.disk_lost = self.disk_lost.saturating_add(self.totals.lose());
             return Ok(());
         };
         *sequence += 1;
@@ -443,7 +536,7 @@ impl Recorder {
 
     /// Gives up a part that cannot be written; what it holds stays a valid prefix.
     fn abandon(&mut self, error: io::Error) -> RecordError {
-        self.totals.lose();
+        self.disk_lost = self.disk_lost.saturating_add(self.totals.lose());
         let path = self.part.take().map_or_else(|| self.path.clone(), |part| part.temporary().to_owned());
         RecordError { path, error }
     }

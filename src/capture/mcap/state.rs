@@ -47,6 +47,7 @@ enum Ready {
     Line(usize),
     Lost(usize, Lost),
     Chunk(usize),
+    Silence(usize, Timestamp),
 }
 
 /// Turns messages into items.
@@ -271,6 +272,10 @@ impl State {
         bus.end = self.raw.stream_offset.saturating_add(self.raw.data.len() as u64);
         if Reads::is_any(&self.raw) {
             self.queue.push_back(Ready::Chunk(index));
+        } else if self.raw.errors.is_empty()
+            && let Some(until) = self.reads.last_time()
+        {
+            self.queue.push_back(Ready::Silence(index, until));
         }
         self.losses(index);
         self.buses[index].expected = Some(self.buses[index].end);
@@ -283,7 +288,7 @@ impl State {
             let kind = match (error.kind(), error.count) {
                 (ErrorKind::Lost, 0) => LostKind::SourceGone,
                 (ErrorKind::Lost, _) => LostKind::Queue,
-                (ErrorKind::Overrun, count) if count > 0 && self.raw.data.is_empty() => LostKind::Overrun,
+                (ErrorKind::Overrun, _) if self.raw.data.is_empty() => LostKind::Overrun,
                 _ => continue,
             };
             let count = u64::from(error.count);
@@ -341,6 +346,7 @@ impl State {
                 Item::Line { bus: &bus.name, line: settings.line, adapter_hold_ns: settings.adapter_hold_ns }
             }
             Some(Ready::Lost(bus, lost)) => Item::Lost { bus: &self.buses[*bus].name, lost: *lost },
+            Some(Ready::Silence(bus, until)) => Item::Silence { bus: &self.buses[*bus].name, until: *until },
             Some(Ready::Chunk(bus)) => Item::Chunk {
                 bus: &self.buses[*bus].name,
                 chunk: self.reads.chunk(&self.raw),

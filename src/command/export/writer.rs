@@ -3,9 +3,9 @@
 use std::fs::File;
 use std::io::{self, Seek, Write};
 
-use super::super::decode::judge;
 use super::super::failure::Failure;
 use super::super::output::{GATHER, Output};
+use super::super::printing::judge;
 use super::super::session::Origin;
 use crate::capture::hex_heading;
 use crate::cli::{self, ExportKind, LinkKind};
@@ -39,7 +39,7 @@ pub(super) enum Writer {
 impl Writer {
     /// Makes the writer of a format.
     pub(super) fn new(args: &cli::Export, kind: ExportKind, profiles: &Profiles) -> Result<Writer, Failure> {
-        let judge = args.filter.as_deref().map(|text| judge(text, profiles)).transpose()?;
+        let judge = args.filter.as_deref().map(|text| judge("--filter", text, profiles)).transpose()?;
         let clock = Clock::new(args.time.unwrap_or_default().into());
         let mut show: Vec<Show> = args.show.iter().copied().map(Show::from).collect();
         show.dedup();

@@ -1,0 +1,368 @@
+//! Live capture: threads, queues, and what decides in between.
+//!
+//! ```text
+//! Capture ─▶ Queue ─▶ Engine ─▶ Session ─▶ Stage ─┬▶ RowStream ─▶ standard output
+//! a thread   bounded  the calling thread          └▶ Tape ─▶ Ring ─▶ Writer ─▶ disk
+//! a source                                           batches         a thread
+//! ```
+//!
+//! Whatever decides is in a structure that takes time as an argument; the threads only wait. Captures never wait for
+//! the engine, nor the engine for the disk: what finds no room is counted where it is missing. Sources that can wait
+//! themselves, pipes and servers, are waited for instead.
+
+mod capture;
+mod disk;
+mod engine;
+mod entry;
+mod notice;
+mod queue;
+mod ring;
+mod rows;
+#[cfg(test)]
+mod script;
+mod signals;
+#[cfg(test)]
+mod soak;
+mod sources;
+mod stage;
+mod status;
+mod tally;
+mod tape;
+mod target;
+mod watch;
+mod writer;
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError, channel, sync_channel};
+use std::thread::{Builder, JoinHandle};
+use std::time::Duration;
+
+use super::failure::Failure;
+use super::journal::Journal;
+use super::output::Output;
+use super::printing::Printing;
+use super::session::Setup;
+use crate::capture::mcap::{Anchor, Options};
+use crate::report::Judge;
+use crate::report::info::Info;
+use crate::source::Clock;
+use crate::time::SECOND;
+use capture::{Capture, Order};
+use disk::{Floor, SystemDisk};
+use engine::{Engine, Tapped};
+use notice::Notice;
+use queue::{Inbox, queue};
+use ring::Ring;
+use rows::RowStream;
+pub(super) use signals::stop_flag;
+pub(super) use sources::{Opened, open, setup};
+use stage::Stage;
+pub(super) use status::Status;
+use tally::Tally;
+use tape::Tape;
+use target::Target;
+use writer::{Outcome, Told, Writer};
+
+/// How long the engine waits for something to take at most.
+const HEARTBEAT: Duration = Duration::from_millis(200);
+/// How many things are taken before rows are handed on, though more are there.
+const AT_ONCE: usize = 256;
+/// How long captures have to end, in nanoseconds.
+const END_WITHIN: u64 = 2 * SECOND as u64;
+/// How much memory a ring takes at most, in bytes.
+const RING: usize = 16 << 20;
+
+/// Says what to do with live sources.
+pub(super) struct Job<'a> {
+    pub(super) setup: &'a Setup,
+    pub(super) sources: Vec<Opened>,
+    pub(super) clock: Arc<dyn Clock>,
+    pub(super) anchor: Anchor,
+    /// Rows, and where they go.
+    pub(super) rows: Option<(Printing, Output)>,
+    pub(super) recording: Option<Recording>,
+    /// Takes all events, for a summary.
+    pub(super) info: Option<Info>,
+    pub(super) status: Status,
+    /// Ends the session when it is set.
+    pub(super) stop: Arc<AtomicBool>,
+    /// Ends the session after so many nanoseconds.
+    pub(super) duration_ns: Option<u64>,
+}
+
+/// Says how to record.
+pub(super) struct Recording {
+    pub(super) path: PathBuf,
+    /// How files are written; the session is named and tied to its clock here.
+    pub(super) options: Options,
+    /// How many bytes are to stay free on the disk.
+    pub(super) min_free: u64,
+    /// Whether old recordings are removed for that.
+    pub(super) drop_oldest: bool,
+    /// Whether what the bytes decode to is left out.
+    pub(super) raw_only: bool,
+    /// What is worth recording, and the nanoseconds around it; without it all is.
+    pub(super) around: Option<(Judge, i64)>,
+    /// Whether the session ends when the disk is full.
+    pub(super) is_all: bool,
+}
+
+/// Is what came of a session.
+pub(super) struct Report {
+    pub(super) tally: Tally,
+    pub(super) recorded: Option<Outcome>,
+    /// What made the rows.
+    pub(super) printing: Option<Printing>,
+    pub(super) info: Option<Info>,
+    /// Whether a source failed for good, or rows could not be written.
+    pub(super) ended: Result<(), Failure>,
+}
+
+/// Is a recording under way.
+struct Taping {
+    tape: Tape,
+    told: Receiver<Told>,
+    writer: JoinHandle<Outcome>,
+}
+
+fn start<T: Send + 'static>(
+    name: &str,
+    run: impl FnOnce() -> T + Send + 'static,
+) -> Result<JoinHandle<T>, Failure> {
+    let thread = Builder::new().name(name.to_owned()).spawn(run);
+    thread.map_err(|error| Failure::new(format!("cannot start a thread: {error}")))
+}
+
+/// Taps live sources until they end, or until told to stop; what was recorded is finished then.
+///
+/// # Errors
+/// When threads or the recording cannot begin.
+pub(super) fn run(job: Job<'_>) -> Result<Report, Failure> {
+    let is_patient = job.sources.iter().all(|source| source.is_patient);
+    let mut stage = Stage { info: job.info, ..Stage::default() };
+    let mut recording = job.recording;
+    let is_all = recording.as_ref().is_some_and(|recording| recording.is_all);
+    let around = recording.as_mut().and_then(|recording| recording.around.take());
+    let ring = around.map(|(trigger, span_ns)| {
+        stage.trigger = Some(trigger);
+        Ring::new(span_ns, RING)
+    });
+    let taping = recording.map(|recording| tape(recording, job.anchor, is_patient, ring)).transpose()?;
+    let (tape, told, writer) = match taping {
+        Some(Taping { tape, told, writer }) => (Some(tape), Some(told), Some(writer)),
+        None => (None, None, None),
+    };
+    stage.tape = tape;
+    let mut printer = None;
+    if let Some((printing, output)) = job.rows {
+        let (sender, receiver) = sync_channel(rows::WRITES);
+        printer = Some(start("rows", move || rows::write(output, &receiver))?);
+        stage.rows = Some(RowStream::new(printing, sender, stage.tape.is_some()));
+    }
+    let (tapped, inbox) = capture(job.sources, &job.clock)?;
+    let mut engine = Engine::new(job.setup, stage, tapped, job.anchor, Arc::clone(&job.clock))?;
+    let mut driver = Driver {
+        begun_ns: job.clock.monotonic_ns(),
+        shown_ns: 0,
+        clock: job.clock,
+        told,
+        status: job.status,
+        ends_when_full: is_all,
+        is_closed: false,
+    };
+    let result = driver.drive(&mut engine, &inbox, &job.stop, job.duration_ns);
+    let failed = engine.failed().map(|name| Failure::new(format!("receiving from '{name}' failed")));
+    let (mut stage, finished) = engine.finish();
+    // The recording is made safe before anything that may wait for a reader.
+    let recorded = finish_recording(&mut stage, writer)?;
+    driver.hear();
+    driver.status.finish();
+    let (printing, written) = finish_rows(&mut stage, printer);
+    let ended = written.and(result).and(finished).and(failed.map_or(Ok(()), Err));
+    Ok(Report { tally: stage.tally, recorded, printing, info: stage.info, ended })
+}
+
+/// Starts a thread for each source.
+fn capture(sources: Vec<Opened>, clock: &Arc<dyn Clock>) -> Result<(Vec<Tapped>, Inbox), Failure> {
+    let (outlets, inbox) = queue(sources.len());
+    let mut tapped = Vec::new();
+    for (opened, mut outlet) in sources.into_iter().zip(outlets) {
+        let (orders, receiver): (Sender<Order>, _) = channel();
+        let capture = Capture::new(opened.source, Arc::clone(clock), opened.is_patient);
+        start("capture", move || capture.run(&mut outlet, &receiver))?;
+        tapped.push(Tapped::new(opened.name, opened.settings, orders));
+    }
+    Ok((tapped, inbox))
+}
+
+/// Begins a recording, with a thread that writes it.
+fn tape(
+    recording: Recording,
+    anchor: Anchor,
+    is_patient: bool,
+    ring: Option<Ring>,
+) -> Result<Taping, Failure> {
+    let Recording { path, mut options, min_free, drop_oldest, raw_only, .. } = recording;
+    let target = Target::new(&path, anchor.realtime)?;
+    for path in target.left_over() {
+        let whole = path.with_extension("");
+        Notice::Warning(format!("'{}' was never finished", path.display())).say();
+        let text = format!("'rtutap recover {} -o {}' makes it whole", path.display(), whole.display());
+        Notice::Hint(text).say();
+    }
+    let time = chrono::DateTime::from_timestamp_nanos(anchor.realtime.as_ns());
+    options.session_id = format!("{}-{}", time.format("%Y%m%dT%H%M%S%.9fZ"), std::process::id());
+    options.anchor = Some(anchor);
+    options.is_durable = true;
+    let journal = Journal::create(&target.path, options)?;
+    let (teller, told) = channel();
+    let (queue, batches) = sync_channel(tape::BATCHES);
+    let floor = Floor { min_free, drop_oldest };
+    let writer = Writer::new(journal, floor, Box::new(SystemDisk { target }), teller);
+    let writer = start("writer", move || writer.run(&batches))?;
+    Ok(Taping { tape: Tape::new(queue, is_patient, raw_only, ring), told, writer })
+}
+
+fn finish_recording(
+    stage: &mut Stage,
+    writer: Option<JoinHandle<Outcome>>,
+) -> Result<Option<Outcome>, Failure> {
+    if let Some(tape) = stage.tape.take() {
+        tape.finish();
+    }
+    let crashed = |_| Failure::new("the recording was not finished: its thread crashed");
+    writer.map(|writer| writer.join().map_err(crashed)).transpose()
+}
+
+fn finish_rows(
+    stage: &mut Stage,
+    printer: Option<JoinHandle<Result<(), Failure>>>,
+) -> (Option<Printing>, Result<(), Failure>) {
+    let printing = stage.rows.take().map(|rows| {
+        let (dropped, printing) = rows.finish();
+        if dropped > 0 {
+            let text =
+                format!("{dropped} lines were not printed, for nobody read them; the recording has them");
+            Notice::Warning(text).say();
+        }
+        printing
+    });
+    let crashed = |_| Failure::new("rows were not written: their thread crashed");
+    (printing, printer.map_or(Ok(()), |printer| printer.join().map_err(crashed)?))
+}
+
+/// Waits for what comes, and lets the engine take it.
+struct Driver {
+    clock: Arc<dyn Clock>,
+    begun_ns: u64,
+    /// When the status was shown last.
+    shown_ns: u64,
+    told: Option<Receiver<Told>>,
+    status: Status,
+    ends_when_full: bool,
+    /// Whether the recording has ended.
+    is_closed: bool,
+}
+
+impl Driver {
+    /// Goes on until all captures have ended.
+    fn drive(
+        &mut self,
+        engine: &mut Engine<'_>,
+        inbox: &Inbox,
+        stop: &AtomicBool,
+        duration_ns: Option<u64>,
+    ) -> Result<(), Failure> {
+        let mut stopped_ns = None;
+        loop {
+            let has_ended = take_all(engine, inbox)?;
+            engine.pause()?;
+            self.show(engine);
+            let now = self.clock.monotonic_ns();
+            let elapsed = now.saturating_sub(self.begun_ns);
+            let is_over = stop.load(Ordering::Relaxed)
+                || duration_ns.is_some_and(|most| elapsed >= most)
+                || (self.is_closed && self.ends_when_full);
+            if is_over && stopped_ns.is_none() {
+                stopped_ns = Some(now);
+                engine.stop();
+            }
+            if has_ended || stopped_ns.is_some_and(|then| now.saturating_sub(then) > END_WITHIN) {
+                return Ok(());
+            }
+        }
+    }
+
+    /// Says what people should know, and shows how it goes.
+    fn show(&mut self, engine: &mut Engine<'_>) {
+        engine.take_notices().iter().for_each(|notice| self.status.say(notice));
+        self.hear();
+        let now = self.clock.monotonic_ns();
+        if now.saturating_sub(self.shown_ns) >= SECOND as u64 {
+            self.shown_ns = now;
+            let elapsed = i64::try_from(now.saturating_sub(self.begun_ns)).unwrap_or(i64::MAX);
+            self.status.update(elapsed, &engine.stage.tally);
+        }
+    }
+
+    /// Takes what the writer tells.
+    fn hear(&mut self) {
+        for told in self.told.iter().flat_map(Receiver::try_iter) {
+            match told {
+                Told::Notice(notice) => self.status.say(&notice),
+                Told::File(file) => self.status.file(file),
+                Told::Closed => self.is_closed = true,
+            }
+        }
+    }
+}
+
+/// Waits for something and takes all that is there; tells whether nothing will come any more.
+fn take_all(engine: &mut Engine<'_>, inbox: &Inbox) -> Result<bool, Failure> {
+    match inbox.wait(HEARTBEAT) {
+        Ok((source, what)) => engine.take(source, what)?,
+        Err(RecvTimeoutError::Timeout) => return Ok(false),
+        Err(RecvTimeoutError::Disconnected) => return Ok(true),
+    }
+    for _ in 1..AT_ONCE {
+        match inbox.take() {
+            Ok((source, what)) => engine.take(source, what)?,
+            Err(TryRecvError::Empty) => return Ok(false),
+            Err(TryRecvError::Disconnected) => return Ok(true),
+        }
+    }
+    Ok(false)
+}
+
+/// Returns what ties this session's times to the clock.
+pub(super) fn anchor(clock: &dyn Clock) -> Anchor {
+    Anchor { monotonic_ns: clock.monotonic_ns(), realtime: clock.realtime() }
+}
+
+/// Says what became of a recording; fails when it ended for want of room, or could not be finished.
+pub(super) fn say_recorded(outcome: Outcome, tally: &Tally) -> Result<Vec<PathBuf>, Failure> {
+    let Outcome { files, lost, error, is_short } = outcome;
+    if lost > 0 {
+        Notice::Warning(format!("{lost} bytes could not be written")).say();
+    }
+    match &files[..] {
+        [] if error.is_none() => Notice::Note("nothing was recorded".to_owned()).say(),
+        [] => {}
+        [file] => Notice::Note(format!("{} bytes recorded in '{}'", tally.bytes, file.display())).say(),
+        [first, .., last] => {
+            let (first, last) = (first.display(), last.display());
+            let text = format!("recorded in {} files, '{first}' to '{last}'", files.len());
+            Notice::Note(text).say();
+        }
+    }
+    if let Some(error) = error {
+        return Err(error.into());
+    }
+    if is_short {
+        let hint = "--min-free says how much is to stay free, --drop-oldest makes room";
+        return Err(Failure::hinted("the recording ended early: the disk is nearly full", hint));
+    }
+    Ok(files)
+}
