@@ -74,6 +74,17 @@ fn the_full_table() {
                     outcome.line() == Some(expected(*sent, delivery).to_string())
                 };
                 let right = outcomes.iter().filter(is_right).count();
+                for (sent, o) in &outcomes {
+                    if delivery != Delivery::Silent
+                        && !is_right(&&(*sent, Outcome { lock: o.lock.clone(), ..Default::default() }))
+                    {
+                        println!(
+                            "WRONG {scenario} {delivery:?} {sent} {:.1}\n   {}",
+                            o.seconds(),
+                            o.said.join("\n   ")
+                        );
+                    }
+                }
                 let wrong = outcomes.iter().filter(|outcome| !is_right(outcome));
                 let wrong: Vec<String> =
                     wrong.map(|(sent, outcome)| format!("{sent}→{:?}", outcome.line())).collect();

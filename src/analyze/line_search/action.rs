@@ -44,7 +44,7 @@ pub struct Lock {
     pub evidence: Evidence,
     /// Settings that gave frames, too, with what spoke against them.
     pub others: Vec<(LineSettings, Evidence)>,
-    /// Whether the adapter tells of line errors.
+    /// Whether the adapter tells of line errors, as far as anybody knows.
     pub reports_errors: bool,
 }
 
@@ -53,9 +53,9 @@ impl Lock {
     pub fn doubt(&self) -> &'static str {
         match (self.reports_errors, self.line.parity) {
             (false, Parity::None) => {
-                "this adapter does not report line errors: the parity may be another, which reads the same"
+                "no line errors are reported by this adapter: the parity may be another, which reads the same"
             }
-            (false, _) => "this adapter does not report line errors: the parity may be even or odd",
+            (false, _) => "no line errors are reported by this adapter: the parity may be even or odd",
             (true, Parity::None) => "stop bits cannot be told from the traffic: two read the same",
             (true, _) => "",
         }

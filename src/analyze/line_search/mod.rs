@@ -19,7 +19,7 @@ use crate::decode::chunk::{Chunk, ReadTime};
 use crate::line::{LineSettings, Parity};
 use crate::time::{SECOND, Timestamp};
 use pace::Pace;
-use trial::{Trial, Verdict};
+use trial::{FEW_ERRORS, Trial, Verdict};
 
 /// Speeds in the order in which they are tried (study of framing, section 5).
 pub const SPEEDS: [u32; 8] = [9600, 19200, 115_200, 38400, 57600, 4800, 2400, 1200];
@@ -36,8 +36,6 @@ const ROUNDS: [(Parity, u8); 8] = [
 ];
 /// How much patience there is with a parity at a speed that has given frames.
 const SETTLING_PATIENCE: u8 = 2;
-/// Per cent of bytes with line errors up to which settings are right; a wrong parity gives 30 and more.
-const FEW_ERRORS: u64 = 10;
 /// When silence is told first, in nanoseconds; then each time it has doubled, up to the longest distance.
 const SILENCE_NS: i64 = 10 * SECOND;
 const SILENCE_APART_NS: i64 = 600 * SECOND;
@@ -52,6 +50,8 @@ pub enum ErrorReports {
     Counts,
     /// Not at all.
     None,
+    /// Nobody knows: marks count when there are any.
+    Unknown,
 }
 
 /// Says what is known of the adapter.
@@ -92,6 +92,8 @@ pub struct LineSearch {
     damaged: Vec<(LineSettings, Evidence)>,
     /// What was heard since all settings began to be tried.
     heard: Evidence,
+    /// Whether any byte was marked as damaged.
+    has_marks: bool,
     refused: Vec<u32>,
     /// What the adapter has counted.
     counted: Option<u64>,
@@ -105,16 +107,16 @@ impl LineSearch {
     /// Begins to search.
     pub fn new(options: Options, now: Timestamp) -> Self {
         let line = planned(0);
-        let only_counts = options.error_reports == ErrorReports::Counts;
         LineSearch {
             options,
             stage: Stage::Scan,
-            trial: Trial::new(line, options.adapter_hold_ns, only_counts, None, now),
+            trial: Trial::new(line, options, None, now),
             waits_for: None,
             pace: Pace::default(),
             step: 0,
             damaged: Vec::new(),
             heard: Evidence::default(),
+            has_marks: false,
             refused: Vec::new(),
             counted: None,
             silent_since: now,
@@ -147,6 +149,7 @@ impl LineSearch {
         self.silent_since = now;
         self.tells_silence_ns = SILENCE_NS;
         self.pace.handle_bytes(now);
+        self.has_marks |= !chunk.line_errors.is_empty();
         if self.waits_for.is_none() {
             self.trial.handle_bytes(chunk, now, self.pace.period_ns());
             self.judge(now);
@@ -165,9 +168,7 @@ impl LineSearch {
     pub fn handle_line(&mut self, is_set: bool, now: Timestamp) {
         let Some(line) = self.waits_for.take() else { return };
         if is_set {
-            let Options { adapter_hold_ns, error_reports } = self.options;
-            let only_counts = error_reports == ErrorReports::Counts;
-            self.trial = Trial::new(line, adapter_hold_ns, only_counts, self.counted, now);
+            self.trial = Trial::new(line, self.options, self.counted, now);
             if matches!(self.stage, Stage::Return) {
                 self.lock_best();
             }
@@ -217,7 +218,7 @@ impl LineSearch {
         let (line, evidence) = (self.trial.line(), self.trial.evidence());
         match self.trial.verdict(now, self.pace.period_ns(), self.patience()) {
             Verdict::Open => {}
-            Verdict::Proven => self.take_proof(line, evidence),
+            Verdict::Proven => self.take_proof(line, self.trial.proof()),
             Verdict::Failed => {
                 let reason = Reason::Failed(line, evidence);
                 if matches!(self.stage, Stage::Settle(_)) {
@@ -274,7 +275,11 @@ impl LineSearch {
     fn lock(&mut self, line: LineSettings, evidence: Evidence) {
         let others = self.damaged.drain(..).filter(|(other, _)| *other != line).collect();
         self.stage = Stage::Over;
-        let reports_errors = self.options.error_reports != ErrorReports::None;
+        let reports_errors = match self.options.error_reports {
+            ErrorReports::Marks | ErrorReports::Counts => true,
+            ErrorReports::None => false,
+            ErrorReports::Unknown => self.has_marks,
+        };
         self.actions.push_back(Action::Lock(Lock { line, evidence, others, reports_errors }));
     }
 

@@ -3,9 +3,10 @@
 use std::sync::Arc;
 
 use super::pace::QUIET_NS;
+use super::{ErrorReports, Options};
 use crate::analyze::connection::marked;
 use crate::decode::candidate::Basis;
-use crate::decode::chunk::{Chunk, LineErrorKind};
+use crate::decode::chunk::{Chunk, LineError, LineErrorKind};
 use crate::decode::frame::Boundary;
 use crate::decode::framer::{Framer, Piece, Readings};
 use crate::decode::shape::Shapes;
@@ -17,8 +18,8 @@ const DEAF_NS: i64 = 20 * MILLISECOND;
 /// How long after a byte it is counted at the latest that it was damaged, in nanoseconds: adapters are asked once a
 /// second.
 const COUNT_NS: i64 = 1200 * MILLISECOND;
-/// Bytes by which such an adapter is judged, at least.
-const COUNTED_BYTES: u64 = 16;
+/// Bytes that prove a parity, at least: a few can have parity bits that look like stop bits.
+const PARITY_BYTES: u64 = 40;
 /// Bytes after which settings are wrong whose bytes have line errors, and after which they are wrong anyway: no
 /// frame among more than the longest request and response (study of framing, section 5).
 const DAMAGED_BYTES: u64 = 64;
@@ -26,6 +27,9 @@ const FRAMELESS_BYTES: u64 = 300;
 /// Frames of one unit that prove settings, and frames of whomever: false ones are 5 in a megabyte.
 const OF_ONE_UNIT: u8 = 2;
 const OF_ANY: u32 = 4;
+
+/// Per cent of bytes with line errors up to which settings are right; a wrong parity gives 30 and more.
+pub(super) const FEW_ERRORS: u64 = 5;
 
 /// Counts what settings have given.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -73,7 +77,7 @@ pub(super) struct Trial {
     deaf_until: Timestamp,
     /// From when on line errors are those of these settings.
     judges_from: Timestamp,
-    only_counts: bool,
+    reports: ErrorReports,
     /// When there were bytes enough to judge by.
     judged_enough: Option<Timestamp>,
     evidence: Evidence,
@@ -81,8 +85,10 @@ pub(super) struct Trial {
     counted: Option<u64>,
     frames_of: [u8; 256],
     has_exchange: bool,
-    /// Bytes in frames, and where the first began and the last ended.
+    /// Bytes in frames, those of them with line errors, and where the first began and the last ended.
     framed: u64,
+    framed_errors: u64,
+    line_errors: Vec<LineError>,
     first_frame: Option<u64>,
     last_frame_end: u64,
     /// Time that counts, in nanoseconds, up to `last`, and when the first frame came.
@@ -96,27 +102,25 @@ pub(super) struct Trial {
 }
 
 impl Trial {
-    /// Begins to listen with these settings; with `only_counts`, the adapter marks no bytes but counts errors.
-    pub(super) fn new(
-        line: LineSettings,
-        adapter_hold_ns: Option<i64>,
-        only_counts: bool,
-        counted: Option<u64>,
-        now: Timestamp,
-    ) -> Self {
+    /// Begins to listen with these settings; `counted` are the line errors that the adapter has counted before.
+    pub(super) fn new(line: LineSettings, options: Options, counted: Option<u64>, now: Timestamp) -> Self {
+        let Options { adapter_hold_ns, error_reports: reports } = options;
+        let is_late = reports == ErrorReports::Counts;
         Trial {
             line,
             // Only forms of the specification are evidence.
             framer: Framer::new(line, adapter_hold_ns, Arc::new(Shapes::default())),
             deaf_until: now + DEAF_NS,
-            judges_from: if only_counts { now + COUNT_NS } else { now },
-            only_counts,
+            judges_from: if is_late { now + COUNT_NS } else { now },
+            reports,
             judged_enough: None,
             evidence: Evidence::default(),
             counted,
             frames_of: [0; 256],
             has_exchange: false,
             framed: 0,
+            framed_errors: 0,
+            line_errors: Vec::new(),
             first_frame: None,
             last_frame_end: 0,
             counted_ns: 0,
@@ -135,6 +139,17 @@ impl Trial {
         self.evidence
     }
 
+    /// Returns what speaks for settings that give frames: of line errors those within frames, where it is known which
+    /// bytes they are of. What was heard from the middle of a byte on has errors at any settings.
+    pub(super) fn proof(&self) -> Evidence {
+        match self.reports {
+            ErrorReports::Marks | ErrorReports::Unknown => {
+                Evidence { judged_bytes: self.framed, line_errors: self.framed_errors, ..self.evidence }
+            }
+            ErrorReports::Counts | ErrorReports::None => self.evidence,
+        }
+    }
+
     /// Takes in a read; silences longer than `period_ns` count no more than that.
     pub(super) fn handle_bytes(&mut self, chunk: &Chunk<'_>, now: Timestamp, period_ns: i64) {
         if now < self.deaf_until {
@@ -151,11 +166,10 @@ impl Trial {
         let bytes = chunk.bytes.len() as u64;
         self.evidence.bytes = self.evidence.bytes.saturating_add(bytes);
         if now >= self.judges_from {
-            let is_damage = |kind| matches!(kind, LineErrorKind::ParityOrFraming | LineErrorKind::Break);
-            let errors = chunk.line_errors.iter().filter(|error| is_damage(error.kind)).count() as u64;
+            let errors = damaged(chunk.line_errors);
             self.evidence.judged_bytes = self.evidence.judged_bytes.saturating_add(bytes);
             self.evidence.line_errors = self.evidence.line_errors.saturating_add(errors);
-            if self.evidence.judged_bytes >= COUNTED_BYTES {
+            if self.evidence.judged_bytes >= PARITY_BYTES {
                 self.judged_enough.get_or_insert(now);
             }
         }
@@ -166,7 +180,7 @@ impl Trial {
     /// Takes in how many line errors the adapter has counted.
     pub(super) fn handle_counted(&mut self, counted: u64, now: Timestamp) {
         let before = self.counted.replace(counted).unwrap_or(counted);
-        if self.only_counts && now >= self.judges_from {
+        if self.reports == ErrorReports::Counts && now >= self.judges_from {
             let errors = counted.saturating_sub(before);
             self.evidence.line_errors = self.evidence.line_errors.saturating_add(errors);
         }
@@ -186,9 +200,7 @@ impl Trial {
         let dwell = (period_ns.saturating_mul(3) / 2).max(3 * SECOND / 2).saturating_mul(patience);
         let beyond = |bytes: u64, limit: u64| bytes >= limit.saturating_mul(patience.unsigned_abs());
         let is_over = if self.is_proven() {
-            // Of the latest bytes nothing is counted yet: they must not be the half of all.
-            let is_judged = self.judged_enough.is_some_and(|then| now - then >= 2 * COUNT_NS);
-            return if is_judged || !self.only_counts { Verdict::Proven } else { Verdict::Open };
+            return if self.is_judged(now) { Verdict::Proven } else { Verdict::Open };
         } else if self.evidence.frames > 0 {
             let since = self.framer.store().end().saturating_sub(self.last_frame_end);
             let waited = self.counted_ns(now, period_ns).saturating_sub(self.first_frame_ns);
@@ -201,6 +213,16 @@ impl Trial {
                 || (self.counted_ns(now, period_ns) >= dwell && (bursts || bytes >= DAMAGED_BYTES))
         };
         if is_over { Verdict::Failed } else { Verdict::Open }
+    }
+
+    /// Tells whether line errors would have shown by `now`.
+    fn is_judged(&self, now: Timestamp) -> bool {
+        match self.reports {
+            ErrorReports::None => true,
+            ErrorReports::Marks | ErrorReports::Unknown => self.framed >= PARITY_BYTES,
+            // Of the latest bytes nothing is counted yet: they must not be the half of all.
+            ErrorReports::Counts => self.judged_enough.is_some_and(|then| now - then >= 2 * COUNT_NS),
+        }
     }
 
     /// Returns the time that counts by `now`, in nanoseconds.
@@ -240,6 +262,8 @@ impl Trial {
 
     fn count(&mut self, offset: u64, length: u16) {
         let end = offset.saturating_add(length.into());
+        self.framer.store().errors(offset, end, &mut self.line_errors);
+        self.framed_errors = self.framed_errors.saturating_add(damaged(&self.line_errors));
         let address = self.framer.store().slice(offset, end).first().copied().unwrap_or_default();
         let frames = &mut self.frames_of[usize::from(address)];
         *frames = frames.saturating_add(1);
@@ -255,6 +279,11 @@ impl Trial {
         self.framed = self.framed.saturating_add(length.into());
         self.last_frame_end = end;
     }
+}
+
+/// Counts the bytes with a wrong parity or stop bit.
+fn damaged(line_errors: &[LineError]) -> u64 {
+    line_errors.iter().filter(|error| error.kind != LineErrorKind::Overrun).count() as u64
 }
 
 /// Tells whether a frame can be read as one of the specification.
