@@ -9,7 +9,7 @@ use crate::decode::chunk::{Chunk, LineError, ReadTime};
 pub use crate::decode::chunk::{Lost, LostKind};
 use crate::decode::damage::{self, Surroundings};
 use crate::decode::frame::{Boundary, Damaged, Frame, Place, Role, WireTime};
-use crate::decode::framer::{Framer, Piece, Readings};
+use crate::decode::framer::{Framer, Outstanding, Piece, Readings};
 use crate::decode::function::FunctionCode;
 use crate::decode::pairing::{Assembled, Choice, Item, Pairing, Part, Settled, What};
 use crate::decode::pdu;
@@ -244,27 +244,31 @@ impl Pipeline {
                 self.frame_end = Some(item.end());
                 self.pair(item, &readings);
             }
-            Some(Piece::Junk { offset, end, outstanding }) => {
-                let mut runs = Vec::new();
-                let around = Surroundings {
-                    shapes: &self.shapes,
-                    experience: self.framer.experience(),
-                    stamper: self.framer.stamper(),
-                    gap_ns: self.line.t3_5_ns(),
-                    frame_before: self.frame_end == Some(offset),
-                    frame_after: self.framer.frame_follows(),
-                };
-                let bytes = self.framer.store().slice(offset, end);
-                damage::split(bytes, offset, outstanding, &around, |run| runs.push(run));
-                for run in runs {
-                    let damage::Run { reason, role, address, function, .. } = run;
-                    let what = What::Run { reason, role, address, function };
-                    let item = self.item(run.offset, run.length, what);
-                    self.pair(item, &Readings::default());
-                }
-            }
+            Some(Piece::Junk { offset, end, outstanding }) => self.junk(offset, end, outstanding),
         }
         true
+    }
+
+    /// Splits bytes that belong to no frame into damaged runs.
+    #[cold]
+    fn junk(&mut self, offset: u64, end: u64, outstanding: Option<Outstanding>) {
+        let mut runs = Vec::new();
+        let around = Surroundings {
+            shapes: &self.shapes,
+            experience: self.framer.experience(),
+            stamper: self.framer.stamper(),
+            gap_ns: self.line.t3_5_ns(),
+            frame_before: self.frame_end == Some(offset),
+            frame_after: self.framer.frame_follows(),
+        };
+        let bytes = self.framer.store().slice(offset, end);
+        damage::split(bytes, offset, outstanding, &around, |run| runs.push(run));
+        for run in runs {
+            let damage::Run { reason, role, address, function, .. } = run;
+            let what = What::Run { reason, role, address, function };
+            let item = self.item(run.offset, run.length, what);
+            self.pair(item, &Readings::default());
+        }
     }
 
     /// Makes a request and the answer right behind it the current transaction.
@@ -312,8 +316,12 @@ impl Pipeline {
     }
 
     /// Bounds when the bytes from `first` to `last` were on the wire.
+    #[inline]
     fn wire_time(&self, first: u64, last: u64) -> Option<WireTime> {
         let stamper = self.framer.stamper();
+        if !stamper.has_times() {
+            return None;
+        }
         let (first, last) = (stamper.byte(first)?, stamper.byte(last)?);
         let start = first.interval().shifted(-stamper.character_ns());
         // Bytes that come faster than the line's speed allows have no sound times, but keep their order.
@@ -345,6 +353,7 @@ impl Pipeline {
     }
 
     /// Hands out the next frame of the current exchange.
+    #[inline]
     fn exchange_event(&mut self) -> Option<Event<'_>> {
         let current = self.current.as_mut()?;
         let (part, role, confidence) = match current.stage {
@@ -371,6 +380,7 @@ impl Pipeline {
     }
 
     /// Tells what the current transaction says of its device, then what it means.
+    #[inline]
     fn transaction_event(&mut self) -> Option<Event<'_>> {
         let current = self.current.as_mut()?;
         let transaction = transaction(self.framer.store(), current);
@@ -393,6 +403,8 @@ impl Pipeline {
         Some(Event::Transaction { transaction, meaning })
     }
 
+    // Kept out of the way of exchanges, which need far less of the stack.
+    #[inline(never)]
     fn reading_event(&mut self, index: usize, count: usize) -> Option<Event<'_>> {
         let current = self.current.as_mut()?;
         let transaction = transaction(self.framer.store(), current);
@@ -405,6 +417,8 @@ impl Pipeline {
         Some(Event::Reading { reading, time: end(&transaction), address, transaction: id })
     }
 
+    // Kept out of the way of exchanges, which need far less of the stack.
+    #[inline(never)]
     fn item_event(&mut self, item: Item, choice: Choice) -> Event<'_> {
         self.framer.store().errors(item.offset, item.end(), &mut self.line_errors);
         let place = Place {

@@ -59,7 +59,7 @@ pub(super) fn run(args: &cli::Listen, verbose: bool) -> Result<(), Failure> {
         printing.say(equipment);
     }
     if let Some(recorded) = report.recorded {
-        live::say_recorded(recorded, &report.tally)?;
+        live::say_recorded(recorded, &live::counts(&report.tally, true))?;
     }
     report.ended
 }

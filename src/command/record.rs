@@ -54,7 +54,7 @@ pub(super) fn run(args: &cli::Record) -> Result<(), Failure> {
     })?;
     let Some(recorded) = report.recorded else { return report.ended };
     let mut output = Output::stdout();
-    for file in live::say_recorded(recorded, &report.tally)? {
+    for file in live::say_recorded(recorded, &live::counts(&report.tally, decodes))? {
         output.buffer.extend_from_slice(file.display().to_string().as_bytes());
         output.buffer.push(b'\n');
     }

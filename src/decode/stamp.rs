@@ -222,6 +222,11 @@ impl Stamper {
         self.reads.get(at).filter(|read| read.offset <= offset)
     }
 
+    /// Tells whether any read had a time.
+    pub fn has_times(&self) -> bool {
+        self.timed
+    }
+
     /// Bounds the end of the byte at `offset`; `None` when the input has no time for it.
     #[inline]
     pub fn byte(&self, offset: u64) -> Option<ByteTime> {

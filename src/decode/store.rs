@@ -33,9 +33,23 @@ impl Store {
     }
 
     /// Returns the bytes from `offset` up to `end`, cut to what is there.
+    #[inline]
     pub fn slice(&self, offset: u64, end: u64) -> &[u8] {
+        // Nearly all questions are about bytes that are kept.
+        if offset >= self.base {
+            let from = (offset - self.base) as usize + self.dropped;
+            let to = from.wrapping_add(end.wrapping_sub(offset) as usize);
+            if let Some(bytes) = self.bytes.get(from..to) {
+                return bytes;
+            }
+        }
+        self.slice_of_some(offset, end)
+    }
+
+    #[cold]
+    fn slice_of_some(&self, offset: u64, end: u64) -> &[u8] {
         let at = |offset: u64| {
-            let index = offset.saturating_sub(self.base) as usize + self.dropped;
+            let index = (offset.saturating_sub(self.base) as usize).saturating_add(self.dropped);
             index.clamp(self.dropped, self.bytes.len())
         };
         let (from, to) = (at(offset), at(end));

@@ -23,10 +23,28 @@ pub(super) fn data_start(function: u8, side: Role) -> Option<usize> {
 /// A damaged side has none; a response has none without its request, as nothing in it says what it
 /// answers; an exception has none.
 pub(super) fn data<'a>(t: &Transaction<'a>, side: Role) -> Option<(usize, &'a [u8])> {
-    let whole = |side: Option<Side<'a>>| side.filter(|side| !side.damaged).map(|side| side.bytes);
-    let request = whole(t.request)?;
-    let bytes = if side == Role::Request { request } else { whole(t.response)? };
-    let is_ordinary = bytes.get(1) == Some(&t.function.0) && t.outcome != Outcome::Exception;
-    let start = data_start(t.function.0, side).filter(|_| is_ordinary)?;
+    let frames = [whole(&t.request), whole(&t.response)];
+    data_of(frames, side, t.function.0, t.outcome == Outcome::Exception)
+}
+
+/// Returns the bytes of a side that is there and not damaged.
+pub(super) fn whole<'a>(side: &Option<Side<'a>>) -> Option<&'a [u8]> {
+    match side {
+        Some(Side { bytes, damaged: false, .. }) => Some(*bytes),
+        _ => None,
+    }
+}
+
+/// Does what [`data`] does, for request and response as far as they are whole.
+pub(super) fn data_of(
+    [request, response]: [Option<&[u8]>; 2],
+    side: Role,
+    function: u8,
+    is_exception: bool,
+) -> Option<(usize, &[u8])> {
+    let request = request?;
+    let bytes = if side == Role::Request { request } else { response? };
+    let is_ordinary = bytes.get(1) == Some(&function) && !is_exception;
+    let start = data_start(function, side).filter(|_| is_ordinary)?;
     Some((start, bytes.get(start..bytes.len().checked_sub(CRC_BYTES)?)?))
 }

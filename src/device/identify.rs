@@ -17,7 +17,7 @@ use super::exchange::{Exchange, is_accepted};
 use super::known::{Known, Learnt};
 use super::meaning::Meaning;
 use super::registry::{Profiles, Set};
-use super::routine::Routines;
+use super::routine::{Routines, Told};
 use crate::section::nearest;
 
 /// Says that the device of an address has become known, or is another than before.
@@ -111,7 +111,7 @@ impl Devices {
         if t.address == 0 || self.profiles.is_service_address(t.address) {
             return None; // no single device answers there
         }
-        if !is_accepted(t) || self.routines.knows(t) {
+        if !is_accepted(t) || self.routines.told(t).is_some() {
             return None;
         }
         let index = self.profiles.find(t.function.0, t.start_register?);
@@ -123,7 +123,10 @@ impl Devices {
         if *known != before {
             self.routines.forget();
         } else if entry.is_none_or(|entry| !entry.is_telling) {
-            self.routines.remember(t, index);
+            let device = known.device();
+            let declaring = entry.map(|entry| entry.declaring).unwrap_or_default();
+            let candidates = known.candidates(declaring);
+            self.routines.remember(t, Told { entry: index, device, candidates });
         }
         let to = exchange.new_address.filter(|&to| to != t.address && known.may_obey(&exchange));
         if let Some(to) = to.filter(|&to| !before.is_unknown() || self.known[usize::from(to)].is_unknown()) {
@@ -162,16 +165,22 @@ impl Devices {
 
     /// Returns what a transaction means by what is known now; to be asked after `observe`.
     pub fn meaning<'a>(&'a self, t: &Transaction<'a>) -> Meaning<'a> {
+        if let Some(Told { entry, device, candidates }) = self.routines.told(t) {
+            let entry = entry.and_then(|index| self.profiles.entry(index));
+            let mut meaning = Meaning::new(&self.profiles, entry, self.environment, t);
+            (meaning.device, meaning.candidates) = (*device, *candidates);
+            meaning.serial_number = self.serial_number(t.address);
+            return meaning;
+        }
         let address = match self.moved {
             Some(moved) if moved.transaction == t.id && moved.from == t.address => moved.to,
             _ => t.address,
         };
         let known = &self.known[usize::from(address)];
-        let index = || self.profiles.find(t.function.0, t.start_register?);
-        let entry = self.routines.entry(t).unwrap_or_else(index);
+        let entry = t.start_register.and_then(|register| self.profiles.find(t.function.0, register));
         let entry = entry.and_then(|index| self.profiles.entry(index));
+        let declaring = entry.map(|entry| entry.declaring).unwrap_or_default();
         let mut meaning = Meaning::new(&self.profiles, entry, self.environment, t);
-        let declaring = meaning.entry.map(|entry| entry.declaring).unwrap_or_default();
         // What the user said of the old address holds for the acknowledgement that leaves it.
         meaning.device = self.known[usize::from(t.address)].device().or_else(|| known.device());
         meaning.candidates =

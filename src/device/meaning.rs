@@ -6,7 +6,7 @@ use std::slice;
 use crate::decode::frame::Role;
 use crate::decode::transaction::{Outcome, Transaction};
 
-use super::data::data;
+use super::data::{data_of, whole};
 use super::derive::Environment;
 use super::field::{Field, Origin, Reading};
 use super::profile::{Command, Derived, FieldSpec, Profile};
@@ -18,10 +18,12 @@ use super::value::Value;
 pub struct Meaning<'a> {
     pub(super) profiles: &'a Profiles,
     pub(super) environment: Environment,
-    /// Data of request and response with its offset from the address byte, where they have some.
-    request: Option<(usize, &'a [u8])>,
-    response: Option<(usize, &'a [u8])>,
+    /// Request and response, where they are whole.
+    request: Option<&'a [u8]>,
+    response: Option<&'a [u8]>,
+    function: u8,
     quantity: Option<u16>,
+    is_exception: bool,
     /// Whether the response gives readings.
     is_answered: bool,
     /// What the profiles declare for its function and start register.
@@ -55,9 +57,11 @@ impl<'a> Meaning<'a> {
         Meaning {
             profiles,
             environment,
-            request: entry.and_then(|_| data(t, Role::Request)),
-            response: entry.and_then(|_| data(t, Role::Response)),
+            request: whole(&t.request),
+            response: whole(&t.response),
+            function: t.function.0,
             quantity: t.quantity,
+            is_exception: t.outcome == Outcome::Exception,
             is_answered: matches!(t.outcome, Outcome::Answered | Outcome::Late),
             entry,
             device: None,
@@ -191,7 +195,8 @@ impl<'a> Meaning<'a> {
     }
 
     fn data(&self, side: Role) -> Option<(usize, &'a [u8])> {
-        if side == Role::Request { self.request } else { self.response }
+        let Meaning { request, response, function, is_exception, .. } = *self;
+        data_of([request, response], side, function, is_exception)
     }
 
     /// Reads the fields of one side as one profile has them: those agreed on, or those that are not.

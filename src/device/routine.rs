@@ -1,5 +1,6 @@
 //! What is polled again and again teaches nothing new: such exchanges are remembered, and told at a glance.
 
+use super::registry::Set;
 use crate::decode::transaction::Transaction;
 
 /// Exchanges remembered; a power of two.
@@ -11,10 +12,20 @@ type Key = (u8, u8, u16);
 #[derive(Clone, Copy, Debug)]
 struct Routine {
     key: Key,
-    /// Index of what the profiles declare for it, if they do.
-    entry: Option<usize>,
+    told: Told,
     /// What was known then.
     epoch: u32,
+}
+
+/// Is what is said of an exchange as long as nothing changes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Told {
+    /// Index of what the profiles declare for it, if they do.
+    pub(super) entry: Option<usize>,
+    /// The device, when it is known.
+    pub(super) device: Option<usize>,
+    /// The profiles that fit while it is not.
+    pub(super) candidates: Set,
 }
 
 /// Remembers exchanges that taught nothing.
@@ -36,26 +47,18 @@ impl Routines {
         (mixed.wrapping_mul(0x9E37_79B9) >> 26) as usize % PLACES
     }
 
-    fn get(&self, t: &Transaction<'_>) -> Option<&Routine> {
+    /// Returns what is said of an exchange of a kind that taught nothing, if nothing has changed since.
+    pub(super) fn told(&self, t: &Transaction<'_>) -> Option<&Told> {
         let key = (t.address, t.function.0, t.start_register?);
-        self.places[Self::place(key)].as_ref().filter(|routine| routine.key == key)
-    }
-
-    /// Tells whether an accepted exchange like this one taught nothing, and nothing has changed since.
-    pub(super) fn knows(&self, t: &Transaction<'_>) -> bool {
-        self.get(t).is_some_and(|routine| routine.epoch == self.epoch)
-    }
-
-    /// Returns what the profiles declare for it, by its index, where that is remembered.
-    pub(super) fn entry(&self, t: &Transaction<'_>) -> Option<Option<usize>> {
-        self.get(t).map(|routine| routine.entry)
+        let known = self.places[Self::place(key)].as_ref();
+        known.filter(|known| known.key == key && known.epoch == self.epoch).map(|known| &known.told)
     }
 
     /// Remembers an accepted exchange that taught nothing.
-    pub(super) fn remember(&mut self, t: &Transaction<'_>, entry: Option<usize>) {
+    pub(super) fn remember(&mut self, t: &Transaction<'_>, told: Told) {
         let Some(register) = t.start_register else { return };
         let key = (t.address, t.function.0, register);
-        self.places[Self::place(key)] = Some(Routine { key, entry, epoch: self.epoch });
+        self.places[Self::place(key)] = Some(Routine { key, told, epoch: self.epoch });
     }
 
     /// Notes that something else is known now: what taught nothing may teach something again.

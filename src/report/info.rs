@@ -23,8 +23,8 @@ pub struct Info {
     lost: u64,
     /// Counts by outcome, in the order of its declaration.
     outcomes: [u64; Outcome::ALL.len()],
-    /// By bus, in the order of their names, and unit address.
-    units: Vec<(String, BTreeMap<u8, Unit>)>,
+    /// By bus, in the order of their names, a place for each unit address.
+    units: Vec<(String, Vec<Option<Unit>>)>,
     /// For each bus of each input its line settings, and its first and last time.
     inputs: Vec<Stretch>,
     /// How long bytes were on the wire, over all inputs with times.
@@ -155,22 +155,24 @@ impl Info {
     fn unit(&mut self, bus: &str, address: u8) -> &mut Unit {
         let found = self.units.binary_search_by(|(known, _)| known.as_str().cmp(bus));
         let at = found.unwrap_or_else(|at| {
-            self.units.insert(at, (bus.to_owned(), BTreeMap::new()));
+            self.units.insert(at, (bus.to_owned(), std::iter::repeat_with(|| None).take(256).collect()));
             at
         });
-        self.units[at].1.entry(address).or_default()
+        self.units[at].1[usize::from(address)].get_or_insert_default()
     }
 
     /// Returns all units with their bus and address.
     fn units(&self) -> impl Iterator<Item = (&str, u8, &Unit)> {
-        let buses = self.units.iter();
-        buses.flat_map(|(bus, units)| units.iter().map(|(address, unit)| (bus.as_str(), *address, unit)))
+        self.units.iter().flat_map(|(bus, units)| {
+            let known = (0..=u8::MAX).zip(units);
+            known.filter_map(|(address, unit)| Some((bus.as_str(), address, unit.as_ref()?)))
+        })
     }
 
     fn place(&mut self, bus: &str, place: &Place<'_>) {
         self.bytes += place.bytes.len() as u64;
-        let stretch = self.inputs.iter_mut().rfind(|stretch| stretch.bus == bus);
-        let (Some(stretch), Some(time)) = (stretch, place.time) else { return };
+        let Some(time) = place.time else { return };
+        let Some(stretch) = self.inputs.iter_mut().rfind(|stretch| stretch.bus == bus) else { return };
         let on_wire = stretch.line.character_ns().saturating_mul(place.bytes.len() as i64); // a run is far below 2^63
         self.busy_ns = self.busy_ns.saturating_add(on_wire);
         let (start, end) = (time.start.midpoint(), time.end.midpoint());

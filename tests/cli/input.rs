@@ -111,6 +111,13 @@ fn numbers_out_of_range_are_refused() {
     refuses(&["simulate", "-o", "/nowhere/bus.hex"], b"", "/nowhere/bus.hex");
     refuses(&["simulate", "-o", "/nowhere/bus.mcap"], b"", "/nowhere/bus.mcap");
     refuses(&["demo", "--duration", "0"], b"", "0 is not in 1..");
+    refuses(&["listen", "/nowhere/port"], b"", "/nowhere/port");
+    refuses(&["listen", "a=-", "a=/nowhere/port"], b"", "two buses are called 'a'");
+    refuses(&["listen", "-", "b=-"], b"", "'-' was given twice");
+    let record = ["record", "-", "--line", "9600-8N1", "-o"];
+    refuses(&[&record[..], &["/nowhere/a.mcap"]].concat(), b"01", "create the directory first");
+    refuses(&["record", "-", "-o", "a.mcap", "--ring", "10m"], b"01", "--trigger");
+    refuses(&["record", "-", "-o", "a.mcap", "--rotate-time", "10"], b"01", "give a unit");
     refuses(&["profiles", "show", "nothing"], b"", "no profile 'nothing'");
     refuses(&["decode", "-", "--format", "csv", "--show", "frames", "--show", "readings"], b"01", "CSV");
 }
@@ -218,7 +225,7 @@ fn help_names_every_command_and_a_wrong_one_is_status_2() {
     for command in ["decode", "info", "simulate", "demo", "profiles", "completions", "man"] {
         assert!(help.contains(command), "{command}");
     }
-    refuses(&["listen"], b"", "listen");
+    refuses(&["listen"], b"", "SOURCE");
     rtutap(&["--version"]).assert().success().stdout(predicate::str::starts_with("rtutap "));
 }
 

@@ -110,7 +110,7 @@ impl LineSearch {
         LineSearch {
             options,
             stage: Stage::Scan,
-            trial: Trial::new(line, options, None, now),
+            trial: Trial::new(line, options, None, now).unchanged(),
             waits_for: None,
             pace: Pace::default(),
             step: 0,

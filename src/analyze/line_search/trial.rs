@@ -102,7 +102,7 @@ pub(super) struct Trial {
 }
 
 impl Trial {
-    /// Begins to listen with these settings; `counted` are the line errors that the adapter has counted before.
+    /// Begins to listen with these settings, which were set just now; `counted` are the line errors that the adapter has counted before.
     pub(super) fn new(line: LineSettings, options: Options, counted: Option<u64>, now: Timestamp) -> Self {
         let Options { adapter_hold_ns, error_reports: reports } = options;
         let is_late = reports == ErrorReports::Counts;
@@ -129,6 +129,11 @@ impl Trial {
             is_burst_whole: false,
             whole_bursts: 0,
         }
+    }
+
+    /// Listens to all that comes: nothing was changed.
+    pub(super) fn unchanged(self) -> Self {
+        Trial { deaf_until: Timestamp::MIN, ..self }
     }
 
     pub(super) fn line(&self) -> LineSettings {

@@ -21,6 +21,7 @@ mod messages;
 mod options;
 mod part;
 mod pending;
+mod raw_chunk;
 mod reads;
 mod recorder;
 mod recording;

@@ -458,8 +458,11 @@ impl Recorder {
         self.emit(line, log.last(), log.last(), &message.encode_to_vec())
     }
 
-    /// Writes the reads that wait; those of one bus at most do.
-    fn flush_reads(&mut self) -> Result<(), RecordError> {
+    /// Writes the reads that wait to be merged with later ones; those of one bus at most do.
+    ///
+    /// # Errors
+    /// When the recording cannot be written.
+    pub fn flush_reads(&mut self) -> Result<(), RecordError> {
         (0..self.buses.len()).try_for_each(|bus| self.flush_reads_of(bus))
     }
 

@@ -7,6 +7,7 @@ use prost::Message;
 
 use super::line::{BusSettings, LINE_METADATA};
 use super::messages::{Cause, Damage, SchemaRecord};
+use super::raw_chunk;
 use super::reads::Reads;
 use super::recording::{Facts, Session, missing};
 use super::schema::{Clock, ErrorKind, Line, RawChunk, Schema};
@@ -243,8 +244,7 @@ impl State {
 
     /// Takes in bytes of a bus.
     fn raw(&mut self, index: usize, head: MessageHead, payload: &[u8]) {
-        self.raw.clear();
-        if self.raw.merge(payload).is_err() {
+        if raw_chunk::read(payload, &mut self.raw).is_err() {
             return self.bad_message(payload);
         }
         if self.buses[index].settings.is_none()

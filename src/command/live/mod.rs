@@ -62,7 +62,7 @@ use rows::RowStream;
 pub(super) use signals::stop_flag;
 pub(super) use sources::{Opened, open, setup};
 use stage::Stage;
-pub(super) use status::Status;
+pub(super) use status::{Status, counts};
 use tally::Tally;
 use tape::Tape;
 use target::Target;
@@ -346,15 +346,18 @@ pub(super) fn anchor(clock: &dyn Clock) -> Anchor {
 }
 
 /// Says what became of a recording; fails when it ended for want of room, or could not be finished.
-pub(super) fn say_recorded(outcome: Outcome, tally: &Tally) -> Result<Vec<PathBuf>, Failure> {
-    let Outcome { files, lost, error, is_short } = outcome;
+pub(super) fn say_recorded(outcome: Outcome, counts: &str) -> Result<Vec<PathBuf>, Failure> {
+    let Outcome { mut files, lost, error, is_short } = outcome;
+    Notice::Note(counts.to_owned()).say();
+    // Some may have made room for others.
+    files.retain(|file| file.exists());
     if lost > 0 {
         Notice::Warning(format!("{lost} bytes could not be written")).say();
     }
     match &files[..] {
         [] if error.is_none() => Notice::Note("nothing was recorded".to_owned()).say(),
         [] => {}
-        [file] => Notice::Note(format!("{} bytes recorded in '{}'", tally.bytes, file.display())).say(),
+        [file] => Notice::Note(format!("recorded in '{}'", file.display())).say(),
         [first, .., last] => {
             let (first, last) = (first.display(), last.display());
             let text = format!("recorded in {} files, '{first}' to '{last}'", files.len());

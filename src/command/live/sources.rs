@@ -43,11 +43,7 @@ pub(in crate::command) fn open(args: &cli::Live, clock: &Arc<dyn Clock>) -> Resu
     let line = match args.line {
         Some(cli::Line::Is(line)) => line,
         Some(cli::Line::Auto) => first_to_try(args)?,
-        None => {
-            let line = LineSettings::default();
-            message::note(format_args!("line settings {line} assumed; --line says others, or auto"));
-            line
-        }
+        None => LineSettings::default(),
     };
     let mut opened = Vec::new();
     for (spec, bus) in args.sources.iter().zip(names) {
@@ -59,6 +55,11 @@ pub(in crate::command) fn open(args: &cli::Live, clock: &Arc<dyn Clock>) -> Resu
             searches: args.line == Some(cli::Line::Auto),
             is_patient: !matches!(spec.place, Place::Serial(_)),
         });
+    }
+    match args.line {
+        Some(cli::Line::Is(_)) => {}
+        Some(cli::Line::Auto) => message::note(format_args!("looking for the line settings; trying {line}")),
+        None => message::note(format_args!("line settings {line} assumed; --line says others, or auto")),
     }
     Ok(opened)
 }
@@ -75,9 +76,7 @@ fn first_to_try(args: &cli::Live) -> Result<LineSettings, Failure> {
             "say what they are, as in --line 9600-8N1; auto is for serial ports",
         ));
     }
-    let line = LineSearch::first();
-    message::note(format_args!("looking for the line settings; trying {line}"));
-    Ok(line)
+    Ok(LineSearch::first())
 }
 
 /// Returns the settings of a bus, with what its source says of itself.

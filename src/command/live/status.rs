@@ -61,7 +61,17 @@ impl Status {
 fn text(elapsed_ns: i64, tally: &Tally, file: Option<&Path>, decodes: bool) -> String {
     let seconds = elapsed_ns / SECOND;
     let (hours, minutes, seconds) = (seconds / 3600, seconds / 60 % 60, seconds % 60);
-    let mut text = format!("{hours}:{minutes:02}:{seconds:02}  {}", HumanBytes(tally.bytes));
+    let mut text = format!("{hours}:{minutes:02}:{seconds:02}  {}", counts(tally, decodes));
+    text += &format!("  load {:.0} %", tally.load() * 100.0);
+    if let Some(file) = file {
+        text += &format!("  {}", file.display());
+    }
+    text
+}
+
+/// Says what was counted.
+pub(in crate::command) fn counts(tally: &Tally, decodes: bool) -> String {
+    let mut text = HumanBytes(tally.bytes).to_string();
     if decodes {
         text += &format!("  {} frames  {} damaged", tally.frames, tally.damaged);
     }
@@ -69,12 +79,10 @@ fn text(elapsed_ns: i64, tally: &Tally, file: Option<&Path>, decodes: bool) -> S
         0 if !tally.counts_line_errors() => "line errors not available".to_owned(),
         count => format!("{count} line errors"),
     };
-    text += &format!("  {errors}  load {:.0} %", tally.load() * 100.0);
+    text += "  ";
+    text += &errors;
     if tally.lost > 0 {
         text += &format!("  {} bytes lost", tally.lost);
-    }
-    if let Some(file) = file {
-        text += &format!("  {}", file.display());
     }
     text
 }
@@ -93,6 +101,6 @@ mod tests {
         );
         (tally.line_errors, tally.lost) = (3, 7);
         let said = text(0, &tally, None, false);
-        assert_eq!(said, "0:00:00  2.00 KiB  3 line errors  load 0 %  7 bytes lost");
+        assert_eq!(said, "0:00:00  2.00 KiB  3 line errors  7 bytes lost  load 0 %");
     }
 }

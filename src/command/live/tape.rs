@@ -97,7 +97,10 @@ impl Tape {
     /// Takes note of a match: the minutes around it are wanted.
     pub(in crate::command) fn trigger(&mut self, now: Timestamp) {
         let Some(mut ring) = self.ring.take() else { return };
+        // What the ring holds is more than may wait; the captures' queue is long enough for writing it.
+        let is_patient = std::mem::replace(&mut self.is_patient, true);
         ring.trigger(now, |entry| self.gather(entry));
+        self.is_patient = is_patient;
         self.ring = Some(ring);
     }
 
@@ -223,6 +226,24 @@ mod tests {
         assert!(taken.1 > 0 && taken.0 > MOST_WAITING as u64, "{taken:?}");
         assert!(taken.0 < (MOST_WAITING + (BATCHES + 2) * 2 * GATHERED) as u64, "{taken:?}");
         assert_eq!(taken.0 + taken.1, total);
+    }
+
+    #[test]
+    fn a_full_ring_is_written_whole() {
+        let (queue, batches) = sync_channel(BATCHES);
+        let mut tape = Tape::new(queue, false, true, Some(Ring::new(i64::MAX, usize::MAX)));
+        let total = 16 << 20;
+        for _ in 0..total / 4096 {
+            tape.received(&chunk(&[0; 4096]));
+        }
+        let taken = std::thread::scope(|scope| {
+            scope.spawn(|| {
+                tape.trigger(Timestamp::from_ns(5));
+                tape.finish();
+            });
+            bytes(batches.iter())
+        });
+        assert_eq!(taken, (total, 0));
     }
 
     #[test]

@@ -155,13 +155,18 @@ impl Writer {
     /// Ends the recording; one without a byte leaves nothing behind.
     fn finish(&mut self, reason: &str) {
         let Some(mut journal) = self.journal.take() else { return };
+        // What becomes of the last reads counts, too.
+        let flushed = journal.recorder().flush_reads();
         self.outcome.lost = journal.recorder().bytes_lost_to_disk();
         if !journal.recorder().has_begun() {
             return journal.abandon();
         }
         self.outcome.files = journal.recorder().finished().to_vec();
         match journal.finish(reason) {
-            Ok(files) => self.outcome.files = files,
+            Ok(files) => {
+                self.outcome.files = files;
+                self.outcome.error = flushed.err();
+            }
             Err(error) => self.outcome.error = Some(error),
         }
     }

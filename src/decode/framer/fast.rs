@@ -10,7 +10,7 @@ use crate::decode::candidate::{
 use crate::decode::crc;
 use crate::decode::frame::{Boundary, MAX_FRAME, Role};
 use crate::decode::framer::node::{FrameEdge, Kind};
-use crate::decode::framer::outstanding::Outstanding;
+use crate::decode::framer::outstanding::{Fit, Outstanding};
 use crate::decode::framer::reading::Readings;
 use crate::decode::framer::score;
 use crate::decode::framer::weigh::{Context, readings, zero_extension};
@@ -18,6 +18,8 @@ use crate::decode::framer::weigh::{Context, readings, zero_extension};
 /// Says what the bytes after the root are.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Glance {
+    /// The registers or coils that were asked for, beyond doubt; [`plain`] reads them.
+    Answer(FrameEdge),
     /// A frame, beyond doubt.
     Frame(FrameEdge, Readings),
     /// The beginning of a frame, and nothing else that could be decided yet.
@@ -28,15 +30,21 @@ pub enum Glance {
 
 /// Looks at the bytes from `offset` on, all of them undecided.
 pub fn glance(offset: u64, outstanding: Option<&Outstanding>, context: &Context<'_>) -> Glance {
-    let bytes = context.store.slice(offset, u64::MAX);
+    let bytes = context.store.slice(offset, context.store.end());
     if bytes.len() < MIN_FRAME {
         return Glance::Wait;
     }
     if let Some(outstanding) = outstanding
         && let Some(answer) = plain_answer(offset, outstanding, bytes, context)
     {
-        return answer;
+        return Glance::Answer(answer);
     }
+    look(offset, outstanding, bytes, context)
+}
+
+/// Looks at bytes that are no plain answer.
+#[inline(never)] // a plain answer needs far less of the stack
+fn look(offset: u64, outstanding: Option<&Outstanding>, bytes: &[u8], context: &Context<'_>) -> Glance {
     let within = &bytes[..bytes.len().min(MAX_FRAME)];
     let mut found = candidates(within, context.shapes);
     let list = found.as_slice();
@@ -71,28 +79,29 @@ fn plain_answer(
     outstanding: &Outstanding,
     bytes: &[u8],
     context: &Context<'_>,
-) -> Option<Glance> {
+) -> Option<FrameEdge> {
     let length = outstanding.plain_response_length(bytes)?;
     let frame = bytes.get(..length)?;
-    // As a request it would have to name a quantity that it does not.
-    let no_request = frame[4] != 0 || frame[5] > 125;
+    // As a request it would have to name a quantity that it does not (V1.1b3, 6.1 to 6.4).
+    let most = if frame[1] <= 2 { 2000 } else { 125 };
+    let no_request = u16::from_be_bytes([frame[4], frame[5]]) > most;
     if !no_request || !crc::is_good(frame) || hides_frame(frame, context) {
         return None;
     }
-    let candidate = Candidate {
-        role: Role::Response,
-        length: length as u16,
-        basis: Basis::Standard,
-        oddity: Oddity::None,
-    };
+    let candidate = plain(length as u16);
     let begin = context.begin(offset);
     let since = begin.zip(outstanding.end).map(|(begin, end)| begin - end);
-    let (reading, fit) = score::response(Some(outstanding), 0, candidate, frame, since, context.experience);
-    let (kind, score) = (Kind::Response(fit), score::frame(candidate, frame, context.experience) + reading);
+    let reading = score::answer(Fit::Full, outstanding, false, frame, since, context.experience);
+    let score = score::frame(candidate, frame, context.experience) + reading;
+    let kind = Kind::Response(Fit::Full); // by its function and length
     let rival = score::JUNK_OPEN + score::JUNK_BYTE + score::BEST_TAIL;
     let edge = FrameEdge { offset, length: length as u16, kind, boundary: Boundary::Length, score };
-    let readings = Readings { request: None, response: Some(candidate) };
-    (rival < score - score::MARGIN).then_some(Glance::Frame(edge, readings))
+    (rival < score - score::MARGIN).then_some(edge)
+}
+
+/// Returns how a plain answer of so many bytes is read.
+pub fn plain(length: u16) -> Candidate {
+    Candidate { role: Role::Response, length, basis: Basis::Standard, oddity: Oddity::None }
 }
 
 /// Tells whether the frame is long enough to show all its candidates' lengths.
@@ -120,10 +129,15 @@ fn shortest_good(list: &[Candidate], bytes: &[u8]) -> Option<usize> {
 fn hides_frame(bytes: &[u8], context: &Context<'_>) -> bool {
     let ruled_out = if context.experience.trusts_any() { Class::None } else { Class::AnyLength };
     // The shortest hidden frame is one byte short of the four that a frame has at least.
-    (2..bytes.len().saturating_sub(1)).any(|at| {
-        let class = CLASS[usize::from(bytes[at])];
-        class > ruled_out && may_be_frame(class, &bytes[at - 1..], context)
-    })
+    let mut rest = bytes.get(1..).unwrap_or_default();
+    while let [_, function, _, ..] = rest {
+        let class = CLASS[usize::from(*function)];
+        if class > ruled_out && may_be_frame(class, rest, context) {
+            return true;
+        }
+        rest = &rest[1..];
+    }
+    false
 }
 
 /// Tells whether at least three bytes may be a frame whose function code is of this class, or all but its last 00.
@@ -139,6 +153,7 @@ fn may_be_frame(class: Class, bytes: &[u8], context: &Context<'_>) -> bool {
             let shortest = (5 + usize::from(bytes[2])).min(8);
             bytes.len() + 1 >= shortest && may_end(bytes, context)
         }
+        Class::Eight => bytes.len() + 1 >= 8 && may_end(bytes, context),
         Class::AnyLength | Class::Other => may_end(bytes, context),
     }
 }
@@ -150,6 +165,8 @@ enum Class {
     AnyLength,
     Read,
     Exception,
+    /// At least eight bytes: writes, and what repeats their head.
+    Eight,
     Other,
 }
 
@@ -160,6 +177,7 @@ static CLASS: [Class; 256] = {
         table[function] = match function as u8 {
             0 | 0x80 | 0xFF => Class::None,
             1..=4 => Class::Read,
+            5 | 6 | 8 | 15 | 16 | 22 => Class::Eight,
             0x81.. => Class::Exception,
             function if has_known_length(function) => Class::Other,
             _ => Class::AnyLength,

@@ -35,6 +35,8 @@ pub struct Lattice {
     nodes: VecDeque<Node>,
     starts: Vec<Start>,
     requests: Vec<Outstanding>,
+    /// Whether any reading may have a frame after the root: without one there is nothing to decide.
+    has_frame: bool,
 }
 
 impl Lattice {
@@ -42,7 +44,8 @@ impl Lattice {
     pub fn new() -> Self {
         let mut root = Node::EMPTY;
         root.offer(Entry { alive: true, ..Node::EMPTY.entries[0] });
-        Lattice { root: 0, nodes: VecDeque::from([root]), starts: Vec::new(), requests: Vec::new() }
+        let nodes = VecDeque::from([root]);
+        Lattice { root: 0, nodes, starts: Vec::new(), requests: Vec::new(), has_frame: false }
     }
 
     /// Returns the offset of the root: everything before is decided.
@@ -86,6 +89,7 @@ impl Lattice {
         self.requests.extend(outstanding);
         self.starts.clear();
         let outstanding = if self.requests.is_empty() { NOTHING } else { 0 };
+        self.has_frame = false;
         let root = &mut self.nodes[0]; // there always is a root
         root.len = 0;
         root.offer(Entry { alive: true, outstanding, ..Node::EMPTY.entries[0] });
@@ -206,6 +210,7 @@ impl Lattice {
                 };
                 let first = if entry.first.0 == entry.first.1 { (offset, end) } else { entry.first };
                 let last = self.nodes.len() - 1;
+                self.has_frame = true;
                 self.nodes[last].offer(Entry {
                     score: entry.score + edge.score,
                     outstanding,
@@ -277,9 +282,8 @@ impl Lattice {
 
     /// Returns the end of the first frame, once all readings within the margin agree on it.
     pub fn decided(&self, context: &Context<'_>) -> Option<u64> {
-        // No frame edge, nothing to decide: the common case while bytes trickle in.
-        if !self.node(self.end()).alive().any(|(_, e)| e.first.0 != e.first.1) && self.starts.is_empty() {
-            return None;
+        if !self.has_frame {
+            return None; // the common case while bytes trickle in
         }
         let (best, first) = self.best(context)?;
         if first.0 == first.1 {
@@ -363,6 +367,7 @@ impl Lattice {
     /// Drops the readings that lost their way to the root, and counts scores from there.
     fn prune(&mut self, root_score: f32) {
         let root = self.root;
+        self.has_frame = false;
         for index in 0..self.nodes.len() {
             let offset = root + index as u64;
             for slot in 0..usize::from(self.nodes[index].len) {
@@ -384,6 +389,7 @@ impl Lattice {
                         _ => (root, root),
                     };
                 }
+                self.has_frame |= entry.first.0 != entry.first.1;
                 self.nodes[index].entries[slot] = entry;
             }
         }

@@ -193,6 +193,10 @@ impl Framer {
                     return Some(self.take_request(edge, readings, pairs));
                 }
                 match fast::glance(self.lattice.root(), outstanding, &context!(self)) {
+                    Glance::Answer(edge) => {
+                        let response = Some(fast::plain(edge.length));
+                        return Some(self.take_short_cut(edge, Readings { request: None, response }));
+                    }
                     Glance::Frame(edge, readings) => {
                         if asks {
                             self.remember(edge, readings);
@@ -261,6 +265,7 @@ impl Framer {
         };
         self.learn(edge, None);
         let answer = match fast::glance(edge.end(), Some(&asked.outstanding), &context!(self)) {
+            Glance::Answer(answer) => answer,
             Glance::Frame(answer, Readings { request: None, response: Some(_) })
                 if answer.kind == Kind::Response(Fit::Full) =>
             {
@@ -271,7 +276,7 @@ impl Framer {
                 return self.piece(edge, readings);
             }
         };
-        self.learn(answer, Some(asked.outstanding));
+        self.learn(answer, Some(&asked.outstanding));
         self.lattice.skip(answer.end(), None);
         let confidence = [self.confidence(edge), self.confidence(answer)];
         Piece::Exchange { offset: edge.offset, lengths: [edge.length, answer.length], confidence }
@@ -286,12 +291,13 @@ impl Framer {
             Kind::Response(Fit::None) => before,
             Kind::Response(_) => None,
         };
-        self.learn(edge, before);
+        self.learn(edge, before.as_ref());
         self.lattice.skip(edge.end(), after);
         self.piece(edge, readings)
     }
 
     /// Takes one byte into the lattice and hands over what that decides.
+    #[inline(never)]
     fn step(&mut self) {
         self.lattice.step(&context!(self));
         while let Some(end) = self.lattice.decided(&context!(self)) {
@@ -333,7 +339,7 @@ impl Framer {
 
     fn hand_over_frame(&mut self, edge: FrameEdge, outstanding: Option<Outstanding>) -> Readings {
         self.flush_junk();
-        self.learn(edge, outstanding);
+        self.learn(edge, outstanding.as_ref());
         let bytes = self.store.slice(edge.offset, edge.end());
         let end = context!(self).end(edge.end() - 1);
         let list = candidates(bytes, &self.shapes);
@@ -344,15 +350,15 @@ impl Framer {
     }
 
     /// Learns from a frame that is decided: its unit, its latency, whether it was an echo.
-    fn learn(&mut self, edge: FrameEdge, outstanding: Option<Outstanding>) {
-        let bytes = self.store.slice(edge.offset, edge.end());
-        let (address, function) = (bytes[0], bytes[1]);
+    fn learn(&mut self, edge: FrameEdge, outstanding: Option<&Outstanding>) {
+        let bytes = self.store.slice(edge.offset, edge.offset + 2);
+        let (address, function) = (bytes[0], bytes[1]); // a frame has at least four bytes
         self.experience.saw_frame(address, function, edge.boundary == Boundary::Crc);
         match edge.kind {
             Kind::Request | Kind::Echo if matches!(function, 1..=4 | 15 | 16) => {
                 self.experience.saw_request(edge.kind == Kind::Echo);
             }
-            Kind::Response(Fit::Full) if matches!(function, 1..=4) => {
+            Kind::Response(Fit::Full) if matches!(function, 1..=4) && self.stamper.has_times() => {
                 let begin = context!(self).end(edge.offset).map(|end| end - self.stamper.character_ns());
                 if let (Some(begin), Some(asked)) = (begin, outstanding.and_then(|o| o.end)) {
                     self.experience.saw_latency(address, (begin - asked).max(0));

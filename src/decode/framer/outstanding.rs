@@ -116,18 +116,21 @@ impl Outstanding {
         .filter(|length| *length <= crate::decode::frame::MAX_FRAME)
     }
 
-    /// Returns the length of the answer that begins here, if it holds just the registers asked for and no device
-    /// declares anything else for them.
+    /// Returns the length of the answer that begins here, if it holds just what was asked for and no device declares
+    /// anything else for it: at least six bytes.
     pub fn plain_response_length(&self, bytes: &[u8]) -> Option<usize> {
         let [address, function, count, ..] = *bytes else { return None };
-        let plain = matches!(function, 3 | 4)
-            && function == self.function
+        let expected = match function {
+            1 | 2 if (1..=2000).contains(&self.quantity) => self.quantity.div_ceil(8),
+            3 | 4 if (1..=125).contains(&self.quantity) => 2 * self.quantity,
+            _ => return None,
+        };
+        let plain = function == self.function
             && address == self.address
             && !self.service
             && !self.declared
             && !self.counts_registers
-            && (1..=125).contains(&self.quantity)
-            && u16::from(count) == 2 * self.quantity;
+            && u16::from(count) == expected;
         plain.then_some(5 + usize::from(count))
     }
 

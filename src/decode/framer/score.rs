@@ -99,11 +99,23 @@ pub fn response(
         return (if after_damage { 0.0 } else { UNSOLICITED }, Fit::None);
     };
     let fit = outstanding.fit(candidate, bytes);
-    let mut score = match fit {
-        Fit::Full => RESPONSE_FITS,
-        Fit::Function => -3.0,
-        Fit::None => return (if after_damage { -2.0 } else { UNSOLICITED }, fit),
-    };
+    if fit == Fit::None {
+        return (if after_damage { -2.0 } else { UNSOLICITED }, fit);
+    }
+    (answer(fit, outstanding, after_damage, bytes, since, experience), fit)
+}
+
+/// Scores an answer that fits what is outstanding, fully or by its function only.
+#[inline]
+pub fn answer(
+    fit: Fit,
+    outstanding: &Outstanding,
+    after_damage: bool,
+    bytes: &[u8],
+    since: Option<i64>,
+    experience: &Experience,
+) -> f32 {
+    let mut score = if fit == Fit::Full { RESPONSE_FITS } else { -3.0 };
     if let Some(since) = since {
         score += tardiness(since, experience.limit_ns(outstanding.address));
     }
@@ -115,7 +127,7 @@ pub fn response(
     } else if !matches!(bytes[1], 15 | 16 | 20 | 21) && outstanding.starts_with(bytes) {
         score -= 8.0;
     }
-    (score, fit)
+    score
 }
 
 /// Scores a response that comes later than the unit usually answers.
