@@ -145,6 +145,15 @@ fn noise_never_locks_and_is_told() {
 }
 
 #[test]
+#[ignore = "ten minutes of noise at each of a thousand seeds take a while"]
+fn hours_of_noise_never_lock() {
+    for seed in 1000..2000 {
+        let outcome = search(Wire::noise(seed), Delivery::Silent, WaitForMark, 0, 600 * SECOND);
+        assert_eq!(outcome.lock, None, "seed {seed}");
+    }
+}
+
+#[test]
 fn a_swapped_pair_never_locks_and_is_told() {
     for (seed, format) in (0..).zip(FORMATS) {
         let sent = line(&format!("9600-{format}"));
