@@ -4,7 +4,7 @@ use super::registry::Set;
 use crate::decode::transaction::Transaction;
 
 /// Exchanges remembered; a power of two.
-const PLACES: usize = 64;
+const PLACES: usize = 1024;
 
 /// Names a kind of exchange: unit address, function code and start register.
 type Key = (u8, u8, u16);
@@ -44,7 +44,7 @@ impl Routines {
     fn place((address, function, register): Key) -> usize {
         let mixed = u32::from(register) ^ u32::from(address) << 16 ^ u32::from(function) << 24;
         // Fibonacci hashing: the upper bits of the product are well mixed.
-        (mixed.wrapping_mul(0x9E37_79B9) >> 26) as usize % PLACES
+        (mixed.wrapping_mul(0x9E37_79B9) >> 22) as usize % PLACES
     }
 
     /// Returns what is said of an exchange of a kind that taught nothing, if nothing has changed since.

@@ -6,7 +6,7 @@
 use crate::decode::framer::reading::Readings;
 
 /// Requests remembered; a power of two.
-const PLACES: usize = 64;
+const PLACES: usize = 1024;
 
 #[derive(Clone, Copy, Debug)]
 struct Known {
@@ -29,7 +29,7 @@ impl Polled {
 
     fn place(bytes: u64) -> usize {
         // Fibonacci hashing: the upper bits of the product are well mixed.
-        (bytes.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 58) as usize % PLACES
+        (bytes.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 54) as usize % PLACES
     }
 
     /// Returns score and readings of a request seen before, as long as the epoch is the same.
