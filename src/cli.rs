@@ -14,7 +14,7 @@ use crate::report::{Show, TimeStyle};
 use crate::simulate::{Adapter, Scenario};
 use crate::time::MILLISECOND;
 pub use export::{Export, ExportKind, LinkKind};
-pub use live::{Listen, Live, Record};
+pub use live::{Line, Listen, Live, Record};
 
 /// Listens on a Modbus RTU bus without ever speaking, and says what the sensors said.
 #[derive(Debug, Parser)]

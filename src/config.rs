@@ -157,7 +157,7 @@ impl Config {
     }
 
     fn complete_live(self, live: &mut cli::Live) {
-        live.line = live.line.or(self.line);
+        live.line = live.line.or(self.line.map(cli::Line::Is));
         live.adapter_hold = live.adapter_hold.or(self.adapter_hold);
         self.complete_equipment(&mut live.equipment);
     }

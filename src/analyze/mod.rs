@@ -1,2 +1,4 @@
-//! Judgement over what was decoded: pure, with time as an argument.
+//! Judgement over what was decoded, and over what could not be: pure, with time as an argument.
+pub mod connection;
 pub mod filter;
+pub mod line_search;

@@ -1,11 +1,12 @@
 //! What `listen` and `record` are asked for.
 
 use std::path::PathBuf;
+use std::str::FromStr;
 
 use clap::Args;
 
 use super::{Equipment, Nanoseconds, Printing, milliseconds};
-use crate::line::LineSettings;
+use crate::line::{LineSettings, LineSettingsError};
 use crate::source::Spec;
 use crate::time::{MILLISECOND, SECOND};
 
@@ -15,6 +16,7 @@ ever sent to the bus. Ctrl-C ends; a second one at once.
 
 Examples:
   rtutap listen /dev/ttyUSB0 --line 9600-8N1
+  rtutap listen /dev/ttyUSB0 --line auto
   rtutap listen pump=/dev/ttyUSB0 tank=tcp://192.168.1.20:4001 --show readings
   rtutap listen /dev/ttyUSB0 --record today.mcap --filter 'outcome != answered'";
 
@@ -28,6 +30,24 @@ Examples:
   rtutap record pump=/dev/ttyUSB0 tank=/dev/ttyUSB1 -o /var/lib/rtutap/ --min-free 500MB --drop-oldest
   rtutap record /dev/ttyUSB0 -o faults/ --ring 10m --trigger 'outcome != answered'";
 
+/// Says with which line settings to receive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Line {
+    /// With these.
+    Is(LineSettings),
+    /// With those that the traffic shows.
+    Auto,
+}
+
+impl FromStr for Line {
+    type Err = LineSettingsError;
+
+    /// Reads `auto`, or what [`LineSettings`] reads.
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        if text.eq_ignore_ascii_case("auto") { Ok(Line::Auto) } else { text.parse().map(Line::Is) }
+    }
+}
+
 /// Holds where live bytes come from, and how to read them.
 #[derive(Debug, Args)]
 pub struct Live {
@@ -35,9 +55,9 @@ pub struct Live {
     #[arg(required = true, value_name = "[NAME=]SOURCE")]
     pub sources: Vec<Spec>,
 
-    /// Speed and character format [default: 9600-8N1]
+    /// Speed and character format, or 'auto' to find them from the traffic of a serial port [default: 9600-8N1]
     #[arg(long, value_name = "BAUD-DPS", env = "RTUTAP_LINE", hide_env_values = true)]
-    pub line: Option<LineSettings>,
+    pub line: Option<Line>,
 
     /// The longest time the adapter keeps a byte back; without it the adapter's, or estimated from the reads
     #[arg(long, value_name = "MS", value_parser = milliseconds, env = "RTUTAP_ADAPTER_HOLD", hide_env_values = true, allow_negative_numbers = true)]

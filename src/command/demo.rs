@@ -51,7 +51,8 @@ pub(super) fn run(args: &cli::Demo, verbose: bool) -> Result<(), Failure> {
     let clock: Arc<dyn source::Clock> = Arc::new(SystemClock);
     let (source, _wire) = connect(config, &clock);
     let settings = BusSettings { name: BUS.to_owned(), line: config.line, ..BusSettings::default() };
-    let opened = Opened { name: source.name().to_owned(), source, settings, is_patient: false };
+    let opened =
+        Opened { name: source.name().to_owned(), source, settings, is_patient: false, searches: false };
     let report = live::run(Job {
         setup: &setup,
         sources: vec![opened],

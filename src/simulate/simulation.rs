@@ -14,7 +14,7 @@ use crate::simulate::truth::TruthFrame;
 use crate::time::{SECOND, Timestamp};
 
 /// 2026-01-01T00:00:00Z, when every simulation begins.
-const EPOCH: Timestamp = Timestamp::from_ns(1_767_225_600 * SECOND);
+pub(super) const EPOCH: Timestamp = Timestamp::from_ns(1_767_225_600 * SECOND);
 
 /// Says what to simulate.
 #[derive(Clone, Copy, Debug)]
@@ -62,7 +62,13 @@ fn stage(config: Config, stage: u64) -> Random {
 
 /// Joins all stages up to the host's queue.
 fn packets(config: Config) -> Packets {
-    let Config { frames, line, adapter, scenario, .. } = config;
+    let Config { line, adapter, scenario, .. } = config;
+    Packets::new(tap(config), adapter, scenario, line, stage(config, 4))
+}
+
+/// Joins all stages up to the receiver of the tap.
+pub(super) fn tap(config: Config) -> Tap {
+    let Config { frames, line, scenario, .. } = config;
     let random = stage(config, 1);
     let traffic = match scenario.equipment {
         Equipment::Generic => Traffic::Generic(Generic::new(random, scenario, line)),
@@ -72,8 +78,7 @@ fn packets(config: Config) -> Packets {
         }
     };
     let bus = Bus::new(traffic, scenario, line, stage(config, 2), EPOCH, frames);
-    let tap = Tap::new(bus, scenario, line, stage(config, 3));
-    Packets::new(tap, adapter, scenario, line, stage(config, 4))
+    Tap::new(bus, scenario, line, stage(config, 3))
 }
 
 impl Iterator for Simulation {

@@ -72,3 +72,23 @@ fn so_do_those_of_two_buses_and_of_a_filter() {
     let lines = held_against_the_recording(&mut buses, &filter, "\"bytes\":\"f70312340001d42a\"");
     assert!(lines.lines().all(|line| line.contains("\"address\":1") || line.contains("\"address\":247")));
 }
+
+#[test]
+fn a_line_to_be_found_is_told_and_a_server_has_none() {
+    let mut bus = Bus::new();
+    let mut tap = Tap::start(&["listen", "--line", "auto", "--show", "frames", &bus.path]);
+    bus.wait_for_listener();
+    bus.say(&spoken("installation", 7, 40));
+    bus.say(&LAST);
+    tap.wait_for("f7 03 12 34 00 01 d4 2a");
+    let said = tap.interrupt();
+    assert!(said.contains("looking for the line settings; trying 9600-8N1"), "{said}");
+    assert!(said.contains("the line is 9600-8N1: "), "{said}");
+    assert!(said.contains("no line errors are reported by this adapter"), "{said}");
+    let (status, said) = Tap::start(&["listen", "--line", "auto", "tcp://127.0.0.1:9"]).wait();
+    assert_eq!(status.code(), Some(2));
+    assert!(
+        said.contains("no line settings that --line auto could change") && said.contains("hint: "),
+        "{said}"
+    );
+}

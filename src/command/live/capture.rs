@@ -34,7 +34,7 @@ pub(in crate::command) enum Captured {
     /// It is back.
     Back { adapter_hold_ns: Option<i64>, facts: BTreeMap<String, String> },
     /// It receives with these settings from here on, or does not want to.
-    Line(Result<LineSettings, SourceError>),
+    Line { monotonic_ns: u64, set: Result<LineSettings, SourceError> },
     /// What the adapter has counted, if it can.
     Counters(Option<Counters>),
     /// It has ended for good, or failed.
@@ -140,7 +140,7 @@ impl Capture {
     /// Receives with other settings from here on.
     pub(in crate::command) fn set_line(&mut self, line: LineSettings, outlet: &mut impl Outlet) {
         let set = self.source.set_line(line).map(|()| line);
-        self.hand_over(Captured::Line(set), outlet);
+        self.hand_over(Captured::Line { monotonic_ns: self.clock.monotonic_ns(), set }, outlet);
     }
 
     /// Waits for bytes once, or tries to get back a source that is away.

@@ -67,7 +67,7 @@ fn shown(captured: &[Captured]) -> Vec<String> {
         Captured::Gone(_) => Some("gone".to_owned()),
         Captured::Back { .. } => Some("back".to_owned()),
         Captured::Ended(error) => Some(format!("ended {}", error.is_some())),
-        Captured::Silence(_) | Captured::Counters(_) | Captured::Line(_) => None,
+        Captured::Silence(_) | Captured::Counters(_) | Captured::Line { .. } => None,
     });
     shown.collect()
 }

@@ -6,6 +6,7 @@ use std::sync::mpsc::Sender;
 use super::super::failure::Failure;
 use super::super::session::{Origin, Session, Setup, Sink};
 use super::capture::{Captured, Order, Read};
+use super::link::Link;
 use super::notice::Notice;
 use super::stage::Stage;
 use super::watch::Watch;
@@ -13,7 +14,7 @@ use crate::capture::Item;
 use crate::capture::mcap::{Anchor, BusSettings};
 use crate::decode::chunk::{Chunk, Lost, LostKind, ReadTime};
 use crate::line::LineSettings;
-use crate::source::Clock;
+use crate::source::{Clock, SourceError};
 use crate::time::{SECOND, Timestamp};
 
 /// Is a source with its bus.
@@ -24,11 +25,13 @@ pub(in crate::command) struct Tapped {
     pub(in crate::command) settings: BusSettings,
     /// How to tell the capture what to do; dropped, it ends.
     pub(in crate::command) orders: Option<Sender<Order>>,
+    /// Whether its line settings are to be found from its traffic.
+    pub(in crate::command) searches: bool,
 }
 
 impl Tapped {
     pub(in crate::command) fn new(name: String, settings: BusSettings, orders: Sender<Order>) -> Self {
-        Tapped { name, settings, orders: Some(orders) }
+        Tapped { name, settings, orders: Some(orders), searches: false }
     }
 }
 
@@ -52,11 +55,18 @@ impl<'a> Engine<'a> {
     /// When nobody reads the rows any more.
     pub(in crate::command) fn new(
         setup: &'a Setup,
-        stage: Stage,
+        mut stage: Stage,
         sources: Vec<Tapped>,
         anchor: Anchor,
         clock: Arc<dyn Clock>,
     ) -> Result<Self, Failure> {
+        let now = anchor.time(clock.monotonic_ns());
+        stage.now = stage.now.max(now);
+        let link = |tapped: &Tapped| Link::new(&tapped.settings, tapped.searches, setup.decodes, now);
+        stage.links = sources.iter().map(link).collect();
+        if sources.len() > 1 {
+            stage.links.iter_mut().for_each(Link::name_bus);
+        }
         let mut engine = Engine {
             session: Session::new(setup),
             stage,
@@ -87,6 +97,7 @@ impl<'a> Engine<'a> {
             Captured::Read(read) => self.take_read(source, &read),
             Captured::Silence(monotonic_ns) => {
                 let until = self.time(monotonic_ns);
+                self.stage.links[source].silence(until);
                 self.session.poll(&self.sources[source].settings.name, until, &mut self.stage)?;
                 self.settle()
             }
@@ -95,9 +106,11 @@ impl<'a> Engine<'a> {
                 let name = &self.sources[source].name;
                 let text = format!("'{name}' is gone; it is tried again until it is back");
                 self.notices.push(Notice::Warning(text));
+                self.stage.links[source].set_away(true);
                 self.lose(source, monotonic_ns, LostKind::SourceGone, 0)
             }
             Captured::Back { adapter_hold_ns, facts } => {
+                self.stage.links[source].set_away(false);
                 let tapped = &mut self.sources[source];
                 self.notices.push(Notice::Note(format!("'{}' is back", tapped.name)));
                 // What the user says of the adapter holds whatever the adapter says.
@@ -105,15 +118,9 @@ impl<'a> Engine<'a> {
                 tapped.settings.facts = facts;
                 self.begin(source)
             }
-            Captured::Line(Ok(line)) => {
-                self.sources[source].settings.line = line;
-                self.begin(source)
-            }
-            Captured::Line(Err(error)) => {
-                self.notices.push(Notice::Warning(error.to_string()));
-                Ok(())
-            }
+            Captured::Line { monotonic_ns, set } => self.take_line(source, monotonic_ns, set),
             Captured::Counters(counters) => {
+                self.stage.links[source].counters(counters);
                 self.stage.tally.counters(&self.sources[source].settings.name, counters);
                 Ok(())
             }
@@ -129,6 +136,26 @@ impl<'a> Engine<'a> {
         }
     }
 
+    fn take_line(
+        &mut self,
+        source: usize,
+        monotonic_ns: u64,
+        set: Result<LineSettings, SourceError>,
+    ) -> Result<(), Failure> {
+        let now = self.time(monotonic_ns);
+        self.stage.links[source].line(set.is_ok(), now);
+        match set {
+            Ok(line) => {
+                self.sources[source].settings.line = line;
+                self.begin(source)
+            }
+            Err(error) => {
+                self.notices.push(Notice::Warning(error.to_string()));
+                Ok(())
+            }
+        }
+    }
+
     fn time(&mut self, monotonic_ns: u64) -> Timestamp {
         let time = self.anchor.time(monotonic_ns);
         self.stage.now = self.stage.now.max(time);
@@ -136,10 +163,12 @@ impl<'a> Engine<'a> {
     }
 
     fn take_read(&mut self, source: usize, read: &Read) -> Result<(), Failure> {
-        let time = ReadTime::At(self.time(read.monotonic_ns));
+        let now = self.time(read.monotonic_ns);
+        let time = ReadTime::At(now);
         let ready = (read.ready_ns > 0).then(|| self.anchor.time(read.ready_ns));
         let bus = &self.sources[source].settings.name;
         let chunk = Chunk { time, bytes: &read.bytes, line_errors: &read.line_errors };
+        self.stage.links[source].read(&chunk, now);
         let item = Item::Chunk { bus, chunk, ready };
         self.session.take(&item, &mut self.stage)?;
         self.settle()
@@ -178,6 +207,7 @@ impl<'a> Engine<'a> {
             }
         }
         self.stage.tally.pass(now);
+        self.check();
         let is_settled = self.session.is_settled();
         if let Some(tape) = &mut self.stage.tape {
             tape.pass(now, is_settled);
@@ -190,11 +220,20 @@ impl<'a> Engine<'a> {
         self.stage.pause(settled, true)
     }
 
+    /// Looks whether what comes makes sense, and does what is to be done about it.
+    fn check(&mut self) {
+        for source in 0..self.sources.len() {
+            // A source that has ended is silent for ever.
+            if self.sources[source].orders.is_some()
+                && let Some(line) = self.stage.links[source].pass(&mut self.notices)
+            {
+                self.set_line(source, line);
+            }
+        }
+    }
+
     /// Receives from a source with other line settings from now on; decoding starts afresh where it does.
-    ///
-    /// The place for whoever finds out the line from the traffic.
-    #[expect(dead_code, reason = "nobody finds out the line from the traffic yet")]
-    pub(in crate::command) fn set_line(&mut self, source: usize, line: LineSettings) {
+    fn set_line(&mut self, source: usize, line: LineSettings) {
         let orders = self.sources.get(source).and_then(|tapped| tapped.orders.as_ref());
         // A capture that has ended says so itself.
         let _ = orders.map(|orders| orders.send(Order::SetLine(line)));

@@ -1,6 +1,7 @@
 use std::path::Path;
 use std::sync::mpsc::{channel, sync_channel};
 
+use super::super::bits::Bits;
 use super::super::capture::{Capture, Next, Outlet, Refused};
 use super::super::disk::{Disk, Floor};
 use super::super::ring::Ring;
@@ -15,7 +16,8 @@ use crate::command::journal::Journal;
 use crate::command::printing::{Printing, judge};
 use crate::device::{Devices, Environment, Profiles};
 use crate::report::{Json, Show};
-use crate::simulate::{Adapter, Config, Scenario, Simulation};
+use crate::simulate::{Adapter, Config, Scenario, Simulation, Wire};
+use crate::source::Source;
 use crate::time::MILLISECOND;
 
 const START: u64 = 3_600_000_000_000;
@@ -74,6 +76,7 @@ struct Bench<'a> {
     engine: Engine<'a>,
     clock: Arc<ScriptClock>,
     captures: Vec<(Capture, bool)>,
+    orders: Vec<std::sync::mpsc::Receiver<Order>>,
     rows: std::sync::mpsc::Receiver<Vec<u8>>,
     batches: std::sync::mpsc::Receiver<Vec<super::super::entry::Entry>>,
     writer: Writer,
@@ -105,6 +108,23 @@ impl<'a> Bench<'a> {
         around: Option<(&str, i64)>,
     ) -> Self {
         let clock = ScriptClock::new();
+        let sources = scripts.into_iter().enumerate().map(|(index, acts)| {
+            let source: Box<dyn Source> = Box::new(Script::new(&clock, acts, index == 0));
+            source
+        });
+        let sources = sources.collect();
+        Bench::of(setup, path, clock, sources, around, false)
+    }
+
+    /// Taps sources; where it `searches`, their line settings are to be found.
+    fn of(
+        setup: &'a Setup,
+        path: &Path,
+        clock: Arc<ScriptClock>,
+        sources: Vec<Box<dyn Source>>,
+        around: Option<(&str, i64)>,
+        searches: bool,
+    ) -> Self {
         let anchor = super::super::anchor(&*clock);
         let options = Options { anchor: Some(anchor), is_durable: true, ..Options::default() };
         let journal = Journal::create(path, options).expect("a disk that works");
@@ -118,16 +138,27 @@ impl<'a> Bench<'a> {
             trigger: around.map(|(filter, _)| judge("--trigger", filter, &setup.profiles).expect("a filter")),
             ..Stage::default()
         };
-        let (mut tapped, mut captures) = (Vec::new(), Vec::new());
-        for (index, acts) in scripts.into_iter().enumerate() {
-            let source = Script::new(&clock, acts, index == 0);
+        let (mut tapped, mut captures, mut orders) = (Vec::new(), Vec::new(), Vec::new());
+        for (index, source) in sources.into_iter().enumerate() {
             let name = format!("bus{index}");
-            let settings = super::super::sources::settings(&source, name.clone(), LineSettings::default());
-            tapped.push(Tapped::new(name, settings, channel().0));
-            captures.push((Capture::new(Box::new(source), clock.clone(), false), true));
+            let settings = super::super::sources::settings(&*source, name.clone(), LineSettings::default());
+            let (order, receiver) = channel();
+            tapped.push(Tapped { searches, ..Tapped::new(name, settings, order) });
+            captures.push((Capture::new(source, clock.clone(), false), true));
+            orders.push(receiver);
         }
         let engine = Engine::new(setup, stage, tapped, anchor, clock.clone()).expect("a reader");
-        Bench { engine, clock, captures, rows, batches, writer, lines: Vec::new(), notices: Vec::new() }
+        Bench {
+            engine,
+            clock,
+            captures,
+            orders,
+            rows,
+            batches,
+            writer,
+            lines: Vec::new(),
+            notices: Vec::new(),
+        }
     }
 
     /// Lets every source take a step; tells whether any has not ended.
@@ -143,6 +174,11 @@ impl<'a> Bench<'a> {
             }
         }
         self.engine.pause().expect("a reader");
+        for source in 0..self.orders.len() {
+            while let Ok(Order::SetLine(line)) = self.orders[source].try_recv() {
+                self.set_line(source, line);
+            }
+        }
         self.notices.extend(self.engine.take_notices());
         self.rows.try_iter().for_each(|rows| self.lines.extend(rows));
         self.batches.try_iter().flatten().for_each(|entry| self.writer.take(&entry));
@@ -326,4 +362,39 @@ fn only_the_time_around_what_matches_is_recorded_in_files_that_begin_with_whole_
             serde_json::from_str(rows.lines().next().expect("a row")).expect("JSON");
         assert!(first["start_ns"].as_i64() > Some(1_767_225_600 * SECOND + 100 * MILLISECOND), "{first}");
     }
+}
+
+/// Taps a bus whose line settings nobody knows, for some seconds; returns rows, notices, and the file, decoded.
+fn searched(wire: Wire, seconds: u64) -> (String, String, String) {
+    let directory = tempfile::tempdir().expect("a directory");
+    let path = directory.path().join("a.mcap");
+    let (setup, clock) = (setup(), ScriptClock::new());
+    let source: Box<dyn Source> = Box::new(Bits::new(&clock, wire, LineSettings::default(), seconds));
+    let mut bench = Bench::of(&setup, &path, clock, vec![source], None, true);
+    while bench.step(false) {}
+    let (live, notices, _) = bench.finish();
+    let said: Vec<String> = notices.iter().map(|notice| format!("{notice:?}")).collect();
+    (live, said.join("\n"), decoded(&path, &setup))
+}
+
+#[test]
+fn a_line_that_nobody_knows_is_found_told_and_recorded_with_all_that_came_before() {
+    let line = "38400-8E1".parse().expect("a line");
+    let scenario = Scenario::named("installation").expect("a scenario");
+    let config = Config { seed: 1, frames: 300, line, adapter: Adapter::Uart, scenario };
+    let (live, said, decoded) = searched(Wire::traffic(config), 40);
+    for part in ["trying 19200-8N1: 9600-8N1 gave no frame", "trying 38400-8E1", "the line is 38400-8E1"] {
+        assert!(said.contains(part), "{said}");
+    }
+    assert!(!said.contains("Warning"), "{said}");
+    let answered = live.lines().filter(|row| row.contains("\"outcome\":\"answered\"")).count();
+    assert!(answered > 10 && live.contains("\"damaged\""), "{answered}");
+    assert_same(&live, &decoded);
+}
+
+#[test]
+fn what_no_settings_make_sense_of_is_told_with_what_to_try() {
+    let (live, said, decoded) = searched(Wire::noise(5), 60);
+    assert!(said.contains("Warning(\"no frames: ") && said.contains("Hint(\"swap A and B"), "{said}");
+    assert_same(&live, &decoded);
 }

@@ -10,11 +10,14 @@
 //! the engine, nor the engine for the disk: what finds no room is counted where it is missing. Sources that can wait
 //! themselves, pipes and servers, are waited for instead.
 
+#[cfg(test)]
+mod bits;
 mod capture;
 mod disk;
 mod driver;
 mod engine;
 mod entry;
+mod link;
 mod notice;
 mod queue;
 mod ring;
@@ -178,7 +181,8 @@ fn capture(sources: Vec<Opened>, clock: &Arc<dyn Clock>) -> Result<(Vec<Tapped>,
         let (orders, receiver): (Sender<Order>, _) = channel();
         let capture = Capture::new(opened.source, Arc::clone(clock), opened.is_patient);
         start("capture", move || capture.run(&mut outlet, &receiver))?;
-        tapped.push(Tapped::new(opened.name, opened.settings, orders));
+        let Opened { name, settings, searches, .. } = opened;
+        tapped.push(Tapped { searches, ..Tapped::new(name, settings, orders) });
     }
     Ok((tapped, inbox))
 }

@@ -6,6 +6,7 @@ use super::super::bus;
 use super::super::failure::Failure;
 use super::super::message;
 use super::super::session::Setup;
+use crate::analyze::line_search::LineSearch;
 use crate::capture::mcap::BusSettings;
 use crate::cli;
 use crate::device::Profiles;
@@ -18,6 +19,8 @@ pub(in crate::command) struct Opened {
     pub(in crate::command) name: String,
     pub(in crate::command) source: Box<dyn Source>,
     pub(in crate::command) settings: BusSettings,
+    /// Whether its line settings are to be found from its traffic.
+    pub(in crate::command) searches: bool,
     /// Whether it can wait while there is no room for its bytes.
     pub(in crate::command) is_patient: bool,
 }
@@ -37,7 +40,11 @@ impl From<SourceError> for Failure {
 /// When one cannot be opened, or two are the same or have the same name.
 pub(in crate::command) fn open(args: &cli::Live, clock: &Arc<dyn Clock>) -> Result<Vec<Opened>, Failure> {
     let names = names(args)?;
-    let line = args.line.unwrap_or_default();
+    let line = match args.line {
+        Some(cli::Line::Is(line)) => line,
+        Some(cli::Line::Auto) => first_to_try(args)?,
+        None => LineSettings::default(),
+    };
     let mut opened = Vec::new();
     for (spec, bus) in args.sources.iter().zip(names) {
         let source = source::open(spec, line, Arc::clone(clock))?;
@@ -45,13 +52,31 @@ pub(in crate::command) fn open(args: &cli::Live, clock: &Arc<dyn Clock>) -> Resu
             name: spec.place.to_string(),
             settings: settings(&*source, bus, line),
             source,
+            searches: args.line == Some(cli::Line::Auto),
             is_patient: !matches!(spec.place, Place::Serial(_)),
         });
     }
-    if args.line.is_none() {
-        message::note(format_args!("line settings {line} assumed; --line says others"));
+    match args.line {
+        Some(cli::Line::Is(_)) => {}
+        Some(cli::Line::Auto) => message::note(format_args!("looking for the line settings; trying {line}")),
+        None => message::note(format_args!("line settings {line} assumed; --line says others, or auto")),
     }
     Ok(opened)
+}
+
+/// Returns the settings that a search begins with.
+///
+/// # Errors
+/// When a source has no line settings that could be changed.
+fn first_to_try(args: &cli::Live) -> Result<LineSettings, Failure> {
+    if let Some(spec) = args.sources.iter().find(|spec| !matches!(spec.place, Place::Serial(_))) {
+        let text = format!("'{}' has no line settings that --line auto could change", spec.place);
+        return Err(Failure::hinted(
+            text,
+            "say what they are, as in --line 9600-8N1; auto is for serial ports",
+        ));
+    }
+    Ok(LineSearch::first())
 }
 
 /// Returns the settings of a bus, with what its source says of itself.

@@ -3,6 +3,7 @@
 use super::super::failure::Failure;
 use super::super::scribe::Decoded;
 use super::super::session::{Origin, Sink};
+use super::link::Link;
 use super::rows::RowStream;
 use super::tally::Tally;
 use super::tape::Tape;
@@ -22,6 +23,8 @@ pub(in crate::command) struct Stage {
     /// What is worth the minutes around it.
     pub(in crate::command) trigger: Option<Judge>,
     pub(super) decoded: Decoded,
+    /// The sources in their order, by whether they make sense.
+    pub(super) links: Vec<Link>,
     /// The latest time.
     pub(super) now: Timestamp,
 }
@@ -49,6 +52,11 @@ impl Sink for Stage {
 
     fn event(&mut self, bus: &str, event: &Event<'_>) {
         self.tally.event(event);
+        if let Event::Frame(frame) = event
+            && let Some(link) = self.links.iter_mut().find(|link| link.is_of(bus))
+        {
+            link.frame(frame);
+        }
         if let Some(info) = &mut self.info {
             info.event(bus, event);
         }

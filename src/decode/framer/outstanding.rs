@@ -127,6 +127,7 @@ impl Outstanding {
         };
         let plain = function == self.function
             && address == self.address
+            && !self.is_broadcast()
             && !self.service
             && !self.declared
             && !self.counts_registers
