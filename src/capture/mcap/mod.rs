@@ -30,6 +30,7 @@ mod salvage;
 mod schema;
 mod state;
 mod time;
+mod totals;
 mod unpack;
 
 pub use line::BusSettings;

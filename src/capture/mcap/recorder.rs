@@ -15,6 +15,7 @@ use super::part::Part;
 use super::pending::Pending;
 use super::schema::{Clock, Dating, ErrorKind, LineError, RawChunk, Schema};
 use super::time::{Anchor, LogTime, YEAR_2000};
+use super::totals::Totals;
 use super::{ENCODING, END_METADATA, FORMAT_VERSION, SESSION_METADATA};
 use crate::decode::chunk::{Chunk, Lost, LostKind, ReadTime};
 use crate::time::{SECOND, Timestamp};
@@ -74,25 +75,6 @@ pub struct Recorder {
     is_resting: bool,
     /// Whether the part holds more than its beginning.
     has_items: bool,
-}
-
-/// Counts the bytes of a part.
-#[derive(Clone, Copy, Debug, Default)]
-struct Totals {
-    written: u64,
-    lost: u64,
-    /// Of those written, the ones that a failing disk would take.
-    unsafe_bytes: u64,
-}
-
-impl Totals {
-    /// Counts as lost what the disk did not take; returns how much that was.
-    fn lose(&mut self) -> u64 {
-        let lost = std::mem::take(&mut self.unsafe_bytes);
-        self.lost = self.lost.saturating_add(lost);
-        self.written = self.written.saturating_sub(lost);
-        lost
-    }
 }
 
 impl Recorder {

@@ -14,6 +14,7 @@
 mod bits;
 mod capture;
 mod disk;
+mod driver;
 mod engine;
 mod entry;
 mod link;
@@ -37,10 +38,9 @@ mod writer;
 
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError, channel, sync_channel};
+use std::sync::atomic::AtomicBool;
+use std::sync::mpsc::{Receiver, Sender, channel, sync_channel};
 use std::thread::{Builder, JoinHandle};
-use std::time::Duration;
 
 use super::failure::Failure;
 use super::journal::Journal;
@@ -51,9 +51,9 @@ use crate::capture::mcap::{Anchor, Options};
 use crate::report::Judge;
 use crate::report::info::Info;
 use crate::source::Clock;
-use crate::time::SECOND;
 use capture::{Capture, Order};
 use disk::{Floor, SystemDisk};
+use driver::Driver;
 use engine::{Engine, Tapped};
 use notice::Notice;
 use queue::{Inbox, queue};
@@ -68,12 +68,6 @@ use tape::Tape;
 use target::Target;
 use writer::{Outcome, Told, Writer};
 
-/// How long the engine waits for something to take at most.
-const HEARTBEAT: Duration = Duration::from_millis(200);
-/// How many things are taken before rows are handed on, though more are there.
-const AT_ONCE: usize = 256;
-/// How long captures have to end, in nanoseconds.
-const END_WITHIN: u64 = 2 * SECOND as u64;
 /// How much memory a ring takes at most, in bytes.
 const RING: usize = 16 << 20;
 
@@ -166,15 +160,7 @@ pub(super) fn run(job: Job<'_>) -> Result<Report, Failure> {
     }
     let (tapped, inbox) = capture(job.sources, &job.clock)?;
     let mut engine = Engine::new(job.setup, stage, tapped, job.anchor, Arc::clone(&job.clock))?;
-    let mut driver = Driver {
-        begun_ns: job.clock.monotonic_ns(),
-        shown_ns: 0,
-        clock: job.clock,
-        told,
-        status: job.status,
-        ends_when_full: is_all,
-        is_closed: false,
-    };
+    let mut driver = Driver::new(job.clock, told, job.status, is_all);
     let result = driver.drive(&mut engine, &inbox, &job.stop, job.duration_ns);
     let failed = engine.failed().map(|name| Failure::new(format!("receiving from '{name}' failed")));
     let (mut stage, finished) = engine.finish();
@@ -255,89 +241,6 @@ fn finish_rows(
     });
     let crashed = |_| Failure::new("rows were not written: their thread crashed");
     (printing, printer.map_or(Ok(()), |printer| printer.join().map_err(crashed)?))
-}
-
-/// Waits for what comes, and lets the engine take it.
-struct Driver {
-    clock: Arc<dyn Clock>,
-    begun_ns: u64,
-    /// When the status was shown last.
-    shown_ns: u64,
-    told: Option<Receiver<Told>>,
-    status: Status,
-    ends_when_full: bool,
-    /// Whether the recording has ended.
-    is_closed: bool,
-}
-
-impl Driver {
-    /// Goes on until all captures have ended.
-    fn drive(
-        &mut self,
-        engine: &mut Engine<'_>,
-        inbox: &Inbox,
-        stop: &AtomicBool,
-        duration_ns: Option<u64>,
-    ) -> Result<(), Failure> {
-        let mut stopped_ns = None;
-        loop {
-            let has_ended = take_all(engine, inbox)?;
-            engine.pause()?;
-            self.show(engine);
-            let now = self.clock.monotonic_ns();
-            let elapsed = now.saturating_sub(self.begun_ns);
-            let is_over = stop.load(Ordering::Relaxed)
-                || duration_ns.is_some_and(|most| elapsed >= most)
-                || (self.is_closed && self.ends_when_full);
-            if is_over && stopped_ns.is_none() {
-                stopped_ns = Some(now);
-                engine.stop();
-            }
-            if has_ended || stopped_ns.is_some_and(|then| now.saturating_sub(then) > END_WITHIN) {
-                return Ok(());
-            }
-        }
-    }
-
-    /// Says what people should know, and shows how it goes.
-    fn show(&mut self, engine: &mut Engine<'_>) {
-        engine.take_notices().iter().for_each(|notice| self.status.say(notice));
-        self.hear();
-        let now = self.clock.monotonic_ns();
-        if now.saturating_sub(self.shown_ns) >= SECOND as u64 {
-            self.shown_ns = now;
-            let elapsed = i64::try_from(now.saturating_sub(self.begun_ns)).unwrap_or(i64::MAX);
-            self.status.update(elapsed, &engine.stage.tally);
-        }
-    }
-
-    /// Takes what the writer tells.
-    fn hear(&mut self) {
-        for told in self.told.iter().flat_map(Receiver::try_iter) {
-            match told {
-                Told::Notice(notice) => self.status.say(&notice),
-                Told::File(file) => self.status.file(file),
-                Told::Closed => self.is_closed = true,
-            }
-        }
-    }
-}
-
-/// Waits for something and takes all that is there; tells whether nothing will come any more.
-fn take_all(engine: &mut Engine<'_>, inbox: &Inbox) -> Result<bool, Failure> {
-    match inbox.wait(HEARTBEAT) {
-        Ok((source, what)) => engine.take(source, what)?,
-        Err(RecvTimeoutError::Timeout) => return Ok(false),
-        Err(RecvTimeoutError::Disconnected) => return Ok(true),
-    }
-    for _ in 1..AT_ONCE {
-        match inbox.take() {
-            Ok((source, what)) => engine.take(source, what)?,
-            Err(TryRecvError::Empty) => return Ok(false),
-            Err(TryRecvError::Disconnected) => return Ok(true),
-        }
-    }
-    Ok(false)
 }
 
 /// Returns what ties this session's times to the clock.

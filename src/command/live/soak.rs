@@ -146,5 +146,6 @@ fn the_oldest_files_go_and_the_latest_stay() {
 fn a_month_of_polling_takes_little_memory() {
     held(30 * 24);
     let memory = most_memory().expect("Linux");
+    println!("{} MB at most", memory / 1_000_000);
     assert!(memory < 32_000_000, "{memory} bytes");
 }
