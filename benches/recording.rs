@@ -7,12 +7,15 @@
 #![allow(clippy::print_stdout, reason = "the figures are what it is for")]
 #![allow(clippy::disallowed_methods, reason = "recordings are files, and a benchmark reads the clock")]
 
+mod measure;
+
 use std::fs::File;
 use std::hint::black_box;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
+use measure::best;
 use rtutap::capture::mcap::{BusSettings, Options, Recorder, Recording};
 use rtutap::capture::{Input, InputFormat, Item};
 use rtutap::decode::chunk::{Chunk, ReadTime};
@@ -22,8 +25,6 @@ use rtutap::pipeline::{Options as PipelineOptions, Pipeline};
 use rtutap::report::info::Info;
 use rtutap::simulate::{Adapter, Config, Read, Scenario, Simulation};
 use rtutap::time::{SECOND, Timestamp};
-
-const RUNS: usize = 3;
 
 fn main() {
     let megabytes: usize = std::env::var("MEGABYTES").ok().and_then(|text| text.parse().ok()).unwrap_or(20);
@@ -172,23 +173,6 @@ fn middle(path: &Path) {
     println!(
         "{megabytes} MB: opened in {opening:.1?}; opened and read a minute, {bytes} bytes, in {minute:.1?}"
     );
-}
-
-fn best(mut run: impl FnMut()) -> Duration {
-    let once = |_| {
-        let (start, busy) = (Instant::now(), processor_time());
-        run();
-        let passed = start.elapsed();
-        // On a busy machine only the time on the processor tells.
-        processor_time().zip(busy).map_or(passed, |(now, before)| now.saturating_sub(before))
-    };
-    (0..RUNS).map(once).min().unwrap_or_default()
-}
-
-/// Returns how long this process has had a processor, where Linux tells it.
-fn processor_time() -> Option<Duration> {
-    let statistics = std::fs::read_to_string("/proc/self/schedstat").ok()?;
-    statistics.split(' ').next()?.parse().ok().map(Duration::from_nanos)
 }
 
 fn report(name: &str, megabytes: usize, time: Duration, baseline: Duration) {

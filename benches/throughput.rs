@@ -5,13 +5,15 @@
 
 #![allow(clippy::print_stdout, reason = "the figures are what it is for")]
 
+mod measure;
 #[path = "../tests/support/mod.rs"]
 mod support;
 
 use std::hint::black_box;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use crc::{CRC_16_MODBUS, Crc};
+use measure::best;
 use rtutap::decode::chunk::{Chunk, ReadTime};
 use rtutap::line::LineSettings;
 use rtutap::pipeline::Event;
@@ -27,7 +29,6 @@ const BLOCK: usize = 65536;
 const FRAMES: u64 = 50_000;
 /// Bytes of garbage, a read each.
 const GARBAGE: usize = 200_000;
-const RUNS: usize = 3;
 
 fn main() {
     let megabytes = std::env::var("MEGABYTES").ok().and_then(|text| text.parse().ok()).unwrap_or(100);
@@ -134,25 +135,6 @@ fn garbage() {
             black_box(&event);
         }
     }
-}
-
-fn best(mut run: impl FnMut()) -> Duration {
-    let once = |_| {
-        #[expect(clippy::disallowed_methods, reason = "a benchmark reads the clock")]
-        let (start, busy) = (Instant::now(), processor_time());
-        run();
-        let passed = start.elapsed();
-        // On a busy machine only the time on the processor tells.
-        processor_time().zip(busy).map_or(passed, |(now, before)| now.saturating_sub(before))
-    };
-    (0..RUNS).map(once).min().unwrap_or_default()
-}
-
-/// Returns how long this process has had a processor, where Linux tells it.
-fn processor_time() -> Option<Duration> {
-    #[expect(clippy::disallowed_methods, reason = "the system tells it in a file")]
-    let statistics = std::fs::read_to_string("/proc/self/schedstat").ok()?;
-    statistics.split(' ').next()?.parse().ok().map(Duration::from_nanos)
 }
 
 fn report(name: &str, total: usize, time: Duration, baseline: Duration) {

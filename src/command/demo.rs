@@ -15,7 +15,7 @@ use super::{message, simulate};
 use crate::capture::BUS;
 use crate::capture::mcap::BusSettings;
 use crate::cli;
-use crate::device::{Devices, Environment, Profiles};
+use crate::device::Profiles;
 use crate::line::LineSettings;
 use crate::report::info::Info;
 use crate::report::{Clock, Show, Text, TimeStyle};
@@ -37,15 +37,8 @@ pub(super) fn run(args: &cli::Demo, verbose: bool) -> Result<(), Failure> {
     let (output, colour) = Output::terminal();
     let text = Text::new(Clock::new(TimeStyle::Relative), colour, verbose, &profiles);
     let printing = Printing::of(vec![Show::Devices, Show::Transactions], Box::new(text), None, false);
-    let setup = Setup {
-        line: None,
-        adapter_hold_ns: Some(config.adapter.hold_ns(config.line)),
-        devices: Devices::new(Arc::clone(&profiles), Environment::default()),
-        profiles: Arc::clone(&profiles),
-        readings: false,
-        decodes: true,
-        redacts: false,
-    };
+    let adapter_hold_ns = Some(config.adapter.hold_ns(config.line));
+    let setup = Setup { adapter_hold_ns, readings: false, ..Setup::new(Arc::clone(&profiles)) };
     message::note("a simulated installation: one master, three sensors, and faults; nothing is connected");
     let stop = live::stop_flag()?;
     let clock: Arc<dyn source::Clock> = Arc::new(SystemClock);

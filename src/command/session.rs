@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::failure::Failure;
 use crate::capture::Item;
 use crate::capture::mcap::BusSettings;
-use crate::device::{Devices, Profiles};
+use crate::device::{Devices, Environment, Profiles};
 use crate::line::LineSettings;
 use crate::pipeline::{Event, Options, Pipeline};
 use crate::report::redact::{Redacted, Redactor};
@@ -62,6 +62,21 @@ pub(super) struct Setup {
     pub(super) decodes: bool,
     /// Whether serial numbers are blanked in the bytes themselves.
     pub(super) redacts: bool,
+}
+
+impl Setup {
+    /// Decodes as the input says, with readings, and with nothing known but the profiles.
+    pub(super) fn new(profiles: Arc<Profiles>) -> Self {
+        Setup {
+            line: None,
+            adapter_hold_ns: None,
+            devices: Devices::new(Arc::clone(&profiles), Environment::default()),
+            profiles,
+            readings: true,
+            decodes: true,
+            redacts: false,
+        }
+    }
 }
 
 /// Is a bus being decoded.

@@ -10,7 +10,7 @@ use super::session::{Session, Setup, Sink};
 use crate::capture::mcap::{BusSettings, Options};
 use crate::capture::{BUS, Item, hex_heading, hex_line};
 use crate::cli;
-use crate::device::{Devices, Environment, Profiles};
+use crate::device::Profiles;
 use crate::simulate::{Config, Scenario, Simulation, truth_json_line};
 
 /// Runs the command.
@@ -49,16 +49,7 @@ fn write_hex(args: &cli::Simulate, config: Config, mut truth: Option<Output>) ->
 fn write_mcap(args: &cli::Simulate, config: Config, mut truth: Option<Output>) -> Result<(), Failure> {
     let session_id = arguments(&config).replace("--", "").replace(' ', "-");
     let mut scribe = Scribe::create(&args.output, Options { session_id, ..Options::default() })?;
-    let profiles = Arc::new(Profiles::built_in());
-    let setup = Setup {
-        line: None,
-        adapter_hold_ns: None,
-        devices: Devices::new(Arc::clone(&profiles), Environment::default()),
-        profiles,
-        readings: true,
-        decodes: !args.raw_only,
-        redacts: false,
-    };
+    let setup = Setup { decodes: !args.raw_only, ..Setup::new(Arc::new(Profiles::built_in())) };
     let mut session = Session::new(&setup);
     let settings = BusSettings {
         name: BUS.to_owned(),

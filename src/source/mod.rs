@@ -70,22 +70,32 @@ pub trait Source: Send {
     ///
     /// # Errors
     /// When the source refuses them; one without line settings of its own accepts all.
-    fn set_line(&mut self, line: LineSettings) -> Result<(), SourceError>;
+    fn set_line(&mut self, _line: LineSettings) -> Result<(), SourceError> {
+        Ok(())
+    }
 
     /// Tries once, without waiting, to get back a source that was [`Received::Gone`].
     ///
     /// # Errors
     /// When it is still away.
-    fn reopen(&mut self) -> Result<(), SourceError>;
+    fn reopen(&mut self) -> Result<(), SourceError> {
+        Ok(()) // never gone
+    }
 
     /// Returns the longest time that the adapter keeps a byte back, in nanoseconds, where it is known.
-    fn adapter_hold_ns(&self) -> Option<i64>;
+    fn adapter_hold_ns(&self) -> Option<i64> {
+        None
+    }
 
     /// Returns facts for people and for the recording, such as `usb_vid_pid` and `latency_timer_ms`.
-    fn facts(&self) -> BTreeMap<String, String>;
+    fn facts(&self) -> BTreeMap<String, String> {
+        BTreeMap::new()
+    }
 
     /// Returns what the adapter has counted since it was opened; `None` when it cannot count.
-    fn counters(&mut self) -> Option<Counters>;
+    fn counters(&mut self) -> Option<Counters> {
+        None
+    }
 }
 
 /// Tells what came of waiting for bytes.

@@ -9,7 +9,7 @@ use serialport::{ClearBuffer, DataBits, SerialPort, SerialPortType, StopBits as 
 
 use super::adapter::{Adapter, Usb};
 use super::ports::Port;
-use super::{Clock, Counters, Received, Reception, Source, SourceError};
+use super::{Clock, Received, Reception, Source, SourceError};
 use crate::line::{LineSettings, Parity, StopBits};
 
 /// Receives from a serial port.
@@ -107,17 +107,9 @@ impl Source for Serial {
         Ok(())
     }
 
-    fn adapter_hold_ns(&self) -> Option<i64> {
-        None
-    }
-
     fn facts(&self) -> BTreeMap<String, String> {
         let fact = |key: &str| (key.to_owned(), "not available on this system".to_owned());
         BTreeMap::from([fact("line_errors"), fact("counters")])
-    }
-
-    fn counters(&mut self) -> Option<Counters> {
-        None
     }
 }
 

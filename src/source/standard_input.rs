@@ -1,13 +1,11 @@
 //! Bytes on standard input.
 
-use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, IsTerminal, Read};
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::{Clock, Counters, Received, Reception, Source, SourceError};
-use crate::line::LineSettings;
+use super::{Clock, Received, Reception, Source, SourceError};
 
 const NAME: &str = "-";
 /// How much is read at once: what a Linux pipe holds, 64 KiB.
@@ -78,27 +76,6 @@ impl Source for StandardInput {
         reception.monotonic_ns = self.clock.monotonic_ns();
         reception.bytes.extend_from_slice(self.buffer.get(..count).unwrap_or_default());
         Ok(if count == 0 { Received::Ended } else { Received::Bytes })
-    }
-
-    fn set_line(&mut self, _: LineSettings) -> Result<(), SourceError> {
-        Ok(())
-    }
-
-    /// Succeeds: a pipe is never gone, it ends.
-    fn reopen(&mut self) -> Result<(), SourceError> {
-        Ok(())
-    }
-
-    fn adapter_hold_ns(&self) -> Option<i64> {
-        None
-    }
-
-    fn facts(&self) -> BTreeMap<String, String> {
-        BTreeMap::new()
-    }
-
-    fn counters(&mut self) -> Option<Counters> {
-        None
     }
 }
 

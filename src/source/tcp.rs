@@ -8,8 +8,7 @@ use std::time::Duration;
 
 use socket2::{Domain, Protocol, SockAddr, Socket, TcpKeepalive, Type};
 
-use super::{Clock, Counters, Received, Reception, Source, SourceError};
-use crate::line::LineSettings;
+use super::{Clock, Received, Reception, Source, SourceError};
 
 const BUFFER: usize = 16 * 1024;
 /// How long a server may take to accept, for each of its addresses.
@@ -120,10 +119,6 @@ impl Source for Tcp {
     }
 
     /// Does nothing: the line is set at the server.
-    fn set_line(&mut self, _: LineSettings) -> Result<(), SourceError> {
-        Ok(())
-    }
-
     /// Asks one address to connect, or looks whether the one asked before has.
     fn reopen(&mut self) -> Result<(), SourceError> {
         let port = self.addresses.first().map_or(0, SocketAddr::port);
@@ -153,10 +148,6 @@ impl Source for Tcp {
         }
     }
 
-    fn adapter_hold_ns(&self) -> Option<i64> {
-        None
-    }
-
     fn facts(&self) -> BTreeMap<String, String> {
         let peer = match &self.link {
             Link::Up(stream) => stream.peer_addr().ok(),
@@ -164,10 +155,6 @@ impl Source for Tcp {
         };
         let peer = peer.filter(|peer| peer.ip().to_string() != self.host);
         peer.map(|peer| ("server".to_owned(), peer.to_string())).into_iter().collect()
-    }
-
-    fn counters(&mut self) -> Option<Counters> {
-        None
     }
 }
 

@@ -1,36 +1,17 @@
-use prost_reflect::{DescriptorPool, DynamicMessage};
+use descriptors::{check, read};
 
 use super::*;
 
-/// Compiles a file of this directory, with all it imports.
-fn compile(file: &str) -> Vec<u8> {
-    let directory = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src/capture/mcap");
-    let mut compiler = protox::Compiler::new([directory]).expect("the directory is there");
-    compiler.include_imports(true).include_source_info(false);
-    compiler.open_file(file).expect("a correct proto file");
-    compiler.encode_file_descriptor_set()
-}
+#[allow(
+    clippy::duplicate_mod,
+    reason = "two modules have schemas of their own, and share how they are checked"
+)]
+#[path = "../../../tests/support/descriptors.rs"]
+mod descriptors;
 
-/// `RTUTAP_COMPILE_PROTO=1 cargo test descriptors` writes the compiled files anew.
 #[test]
 fn the_descriptors_are_what_the_proto_file_says() {
-    let compiled = compile("recording.proto");
-    if std::env::var_os("RTUTAP_COMPILE_PROTO").is_some() {
-        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/src/capture/mcap/recording.binpb");
-        #[expect(clippy::disallowed_methods, reason = "writes what the next build includes")]
-        std::fs::write(path, compiled).expect("the directory can be written to");
-    } else {
-        assert!(compiled == RECORDING, "recording.binpb is not what recording.proto compiles to");
-    }
-}
-
-/// Reads a message by its descriptor, and says what it holds as text; fails on a field the descriptor lacks.
-fn read(name: &str, descriptors: &[u8], message: &impl Message) -> String {
-    let pool = DescriptorPool::decode(descriptors).expect("a descriptor set with all imports");
-    let descriptor = pool.get_message_by_name(name).expect("the set defines the message");
-    let read = DynamicMessage::decode(descriptor, &message.encode_to_vec()[..]).expect("readable");
-    assert_eq!(read.unknown_fields().count(), 0, "{read:?}");
-    read.to_string()
+    check("src/capture/mcap", "recording", RECORDING);
 }
 
 #[test]

@@ -1,12 +1,10 @@
 //! A simulation as a source, in real time.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use crate::line::LineSettings;
 use crate::simulate::{Read, Simulation};
-use crate::source::{Clock, Counters, Received, Reception, Source, SourceError};
+use crate::source::{Clock, Received, Reception, Source, SourceError};
 use crate::time::Timestamp;
 
 /// Maps simulated time to the monotonic clock: its first read is now.
@@ -57,31 +55,12 @@ impl Source for Played {
         (reception.bytes, reception.line_errors) = (read.bytes, read.line_errors);
         Ok(Received::Bytes)
     }
-
-    fn set_line(&mut self, _line: LineSettings) -> Result<(), SourceError> {
-        Ok(())
-    }
-
-    fn reopen(&mut self) -> Result<(), SourceError> {
-        Ok(())
-    }
-
-    fn adapter_hold_ns(&self) -> Option<i64> {
-        None
-    }
-
-    fn facts(&self) -> BTreeMap<String, String> {
-        BTreeMap::new()
-    }
-
-    fn counters(&mut self) -> Option<Counters> {
-        None
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::line::LineSettings;
     use crate::simulate::{Adapter, Config, Scenario};
     use crate::source::SystemClock;
 

@@ -1,6 +1,5 @@
 //! A source for tests whose line is modelled bit by bit, so that its settings matter.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -9,7 +8,7 @@ use crate::decode::chunk::LineError;
 use crate::line::LineSettings;
 use crate::simulate::AfterFramingError::WaitForMark;
 use crate::simulate::{Uart, Wire};
-use crate::source::{Clock, Counters, Received, Reception, Source, SourceError};
+use crate::source::{Clock, Received, Reception, Source, SourceError};
 use crate::time::{SECOND, Timestamp};
 
 /// When simulations begin.
@@ -65,19 +64,7 @@ impl Source for Bits {
         Ok(())
     }
 
-    fn reopen(&mut self) -> Result<(), SourceError> {
-        Ok(())
-    }
-
     fn adapter_hold_ns(&self) -> Option<i64> {
         Some(16_000_000)
-    }
-
-    fn facts(&self) -> BTreeMap<String, String> {
-        BTreeMap::new()
-    }
-
-    fn counters(&mut self) -> Option<Counters> {
-        None
     }
 }

@@ -14,7 +14,7 @@ use crate::capture::Input;
 use crate::capture::mcap::Options;
 use crate::command::journal::Journal;
 use crate::command::printing::{Printing, judge};
-use crate::device::{Devices, Environment, Profiles};
+use crate::device::Profiles;
 use crate::report::{Json, Show};
 use crate::simulate::{Adapter, Config, Scenario, Simulation, Wire};
 use crate::source::Source;
@@ -40,16 +40,7 @@ impl Disk for Large {
 }
 
 fn setup() -> Setup {
-    let profiles = Arc::new(Profiles::built_in());
-    Setup {
-        line: None,
-        adapter_hold_ns: None,
-        devices: Devices::new(Arc::clone(&profiles), Environment::default()),
-        profiles,
-        readings: true,
-        decodes: true,
-        redacts: false,
-    }
+    Setup::new(Arc::new(Profiles::built_in()))
 }
 
 fn printing() -> Printing {

@@ -1,13 +1,12 @@
 //! A source and a clock for tests: what they do is written down beforehand.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::VecDeque;
 use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicI64, AtomicU64, Ordering};
 use std::time::Duration;
 
 use crate::decode::chunk::LineError;
-use crate::line::LineSettings;
 use crate::source::{Clock, Counters, Received, Reception, Source, SourceError};
 use crate::time::Timestamp;
 
@@ -126,20 +125,12 @@ impl Source for Script {
         }
     }
 
-    fn set_line(&mut self, _line: LineSettings) -> Result<(), SourceError> {
-        Ok(())
-    }
-
     fn reopen(&mut self) -> Result<(), SourceError> {
         if self.clock.monotonic_ns() < self.away_until { Err(Script::failure()) } else { Ok(()) }
     }
 
     fn adapter_hold_ns(&self) -> Option<i64> {
         Some(2_000_000)
-    }
-
-    fn facts(&self) -> BTreeMap<String, String> {
-        BTreeMap::new()
     }
 
     fn counters(&mut self) -> Option<Counters> {

@@ -17,7 +17,7 @@ use super::tape::{BATCHES, Tape};
 use super::target::Target;
 use super::writer::{Outcome, Told, Writer};
 use crate::capture::mcap::{BusSettings, Options};
-use crate::device::{Devices, Environment, Profiles};
+use crate::device::Profiles;
 use crate::time::SECOND;
 
 const HOUR: u64 = 3600;
@@ -76,16 +76,7 @@ fn poll(engine: &mut Engine<'_>, clock: &ScriptClock, seconds: u64, mut write: i
 
 /// Records so many hours in a directory of at most `most` bytes; returns what became of it, and what was said.
 fn record(directory: &Path, hours: u64, most: u64) -> (Outcome, Receiver<Told>) {
-    let profiles = Arc::new(Profiles::built_in());
-    let setup = Setup {
-        line: None,
-        adapter_hold_ns: None,
-        devices: Devices::new(Arc::clone(&profiles), Environment::default()),
-        profiles,
-        readings: true,
-        decodes: true,
-        redacts: false,
-    };
+    let setup = Setup::new(Arc::new(Profiles::built_in()));
     let clock = ScriptClock::new();
     let anchor = super::anchor(&*clock);
     let target = Target::new(directory, anchor.realtime).expect("a directory");
