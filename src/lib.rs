@@ -41,3 +41,4 @@ pub mod section;
 pub mod simulate;
 pub mod source;
 pub mod time;
+pub mod tui;

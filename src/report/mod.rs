@@ -17,12 +17,13 @@ mod rows;
 mod subject;
 mod text;
 pub mod wide;
+pub mod words;
 
 pub use clock::{Clock, TimeStyle};
 pub use csv::Csv;
 pub use json::Json;
 pub use rows::{Judge, Passing, Rows, Show};
-pub use subject::passes;
+pub use subject::{passes, time_of_day_ns};
 pub use text::{Guess, Text};
 
 use crate::line::LineSettings;

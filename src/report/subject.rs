@@ -17,6 +17,12 @@ pub fn passes(filter: &Filter, bus: &str, event: &Event<'_>) -> bool {
     filter.matches(&EventSubject { bus, event })
 }
 
+/// Returns the nanoseconds since local midnight.
+pub fn time_of_day_ns(time: Timestamp) -> i64 {
+    let time = DateTime::from_timestamp_nanos(time.as_ns()).with_timezone(&Local);
+    i64::from(time.num_seconds_from_midnight()) * SECOND + i64::from(time.nanosecond() % SECOND as u32)
+}
+
 struct EventSubject<'a> {
     bus: &'a str,
     event: &'a Event<'a>,
@@ -168,9 +174,7 @@ impl Subject for EventSubject<'_> {
     }
 
     fn time_of_day_ns(&self) -> Option<i64> {
-        let time = DateTime::from_timestamp_nanos(self.start_ns()?).with_timezone(&Local);
-        let seconds = i64::from(time.num_seconds_from_midnight());
-        Some(seconds * SECOND + i64::from(time.nanosecond() % SECOND as u32))
+        self.start().map(time_of_day_ns)
     }
 
     fn any_bytes(&self, test: &mut dyn FnMut(&[u8]) -> bool) -> bool {

@@ -12,14 +12,13 @@ mod style;
 use std::fmt::{self, Write};
 use std::io::Write as _;
 
+use super::words::{self, Labels, arrow, function, latency, marked_fields, write_meaning};
 use super::{Clock, Format, columns};
-use crate::decode::frame::{Damaged, Frame, Role};
-use crate::decode::function::FunctionCode;
-use crate::decode::pdu::{self, PduValue};
-use crate::decode::transaction::{Outcome, Side, Transaction};
-use crate::device::{Field, Identified, Meaning, Profiles};
+use crate::decode::frame::{Damaged, Frame};
+use crate::decode::transaction::{Outcome, Transaction};
+use crate::device::{Identified, Meaning, Profiles};
 use crate::pipeline::{Event, Lost};
-use crate::time::{MILLISECOND, Span, Timestamp};
+use crate::time::Timestamp;
 use style::Styles;
 
 /// Is the likeliest reading of a device's words, shown although the device is not known.
@@ -36,9 +35,7 @@ pub struct Text {
     clock: Clock,
     styles: Styles,
     verbose: bool,
-    /// What the ids of all profiles begin with, up to a hyphen: not worth repeating on every line.
-    prefix: String,
-    device_width: usize,
+    labels: Labels,
     guess: Option<Guess>,
     line: String,
 }
@@ -46,15 +43,8 @@ pub struct Text {
 impl Text {
     /// Makes a writer; `colour` allows escape sequences, `verbose` adds fields and bytes.
     pub fn new(clock: Clock, colour: bool, verbose: bool, profiles: &Profiles) -> Self {
-        let ids: Vec<&str> = profiles.iter().map(|profile| &*profile.id).collect();
-        let prefix = common_prefix(&ids).to_owned();
-        let device_width = ids.iter().map(|id| id.len() - prefix.len()).max().unwrap_or(1) + 1;
         let styles = if colour { Styles::coloured() } else { Styles::default() };
-        Text { clock, styles, verbose, prefix, device_width, guess: None, line: String::new() }
-    }
-
-    fn label<'a>(&self, device: &'a str) -> &'a str {
-        device.strip_prefix(self.prefix.as_str()).unwrap_or(device)
+        Text { clock, styles, verbose, labels: Labels::new(profiles), guess: None, line: String::new() }
     }
 
     /// Writes the time, or the row's number where there is none.
@@ -79,18 +69,9 @@ impl Text {
         self.address(Some(row.address));
         let (dim, accent) = (self.styles.dim, self.styles.accent);
         let likely = if meaning.device().is_none() { meaning.likely() } else { None };
-        let (device, mark) = match (meaning.device(), &likely) {
-            (Some(device), _) => (device, ""),
-            (None, Some(likely)) => (likely.device, "?"),
-            (None, None) => ("-", ""),
-        };
-        let device = format!("{}{mark}", self.label(device));
-        write!(self.line, "  {device:<width$}", width = self.device_width)?;
-        let command = match (meaning.command(), &likely) {
-            (Some(command), _) => command.to_owned(),
-            (None, Some(likely)) => format!("{}?", likely.command),
-            (None, None) => function_and_register(row),
-        };
+        let device = self.labels.of(meaning);
+        write!(self.line, "  {device:<width$}", width = self.labels.width())?;
+        let command = words::command(row, meaning);
         write!(self.line, "  {accent}{command:<20}{accent:#}  {dim}{:>15}{dim:#}  ", latency(row.latency))?;
         // Values out of range are shown, but are no reason to settle on the device.
         if let Some(likely) = likely.filter(|_| !meaning.likely_fields().any(|field| field.is_implausible()))
@@ -105,19 +86,12 @@ impl Text {
     fn outcome(&mut self, row: &Transaction<'_>, meaning: &Meaning<'_>) -> fmt::Result {
         let (good, warn, bad) = (self.styles.good, self.styles.warn, self.styles.bad);
         let line = &mut self.line;
-        match row.outcome {
-            Outcome::Answered | Outcome::Broadcast => {}
-            Outcome::NoResponse => write!(line, "{bad}no response{bad:#}")?,
-            Outcome::Exception => match row.exception_code {
-                Some(code) => write!(line, "{bad}exception {}: {code}{bad:#}", code.0)?,
-                None => write!(line, "{bad}exception{bad:#}")?,
-            },
-            Outcome::Late => write!(line, "{warn}late{warn:#}")?,
-            Outcome::Unsolicited => write!(line, "{warn}unsolicited{warn:#}")?,
-            Outcome::Damaged => {
-                let request = row.request.is_some_and(|side| side.damaged);
-                write!(line, "{bad}{} damaged{bad:#}", if request { "request" } else { "response" })?;
-            }
+        let style = match row.outcome {
+            Outcome::Late | Outcome::Unsolicited => warn,
+            _ => bad,
+        };
+        if let Some(outcome) = words::outcome(row) {
+            write!(line, "{style}{outcome}{style:#}")?;
         }
         let separator = match row.outcome {
             Outcome::Answered | Outcome::Broadcast => "",
@@ -202,9 +176,7 @@ impl Text {
     fn lost(&mut self, lost: &Lost) -> fmt::Result {
         self.time(lost.time, lost.stream_offset);
         let bad = self.styles.bad;
-        let count = lost.count;
-        let at = lost.stream_offset;
-        write!(self.line, "  {bad}! {count} bytes lost ({}) before byte {at}{bad:#}", lost.kind.name())
+        write!(self.line, "  {bad}! {}{bad:#}", words::lost(lost))
     }
 
     fn write_row(&mut self, event: &Event<'_>) -> fmt::Result {
@@ -235,8 +207,8 @@ impl Text {
                 self.time(*time, *transaction);
                 self.address(Some(*address));
                 let (accent, dim) = (self.styles.accent, self.styles.dim);
-                let device = self.label(reading.device.unwrap_or("-"));
-                let width = self.device_width;
+                let device = self.labels.short(reading.device.unwrap_or("-"));
+                let width = self.labels.width();
                 write!(
                     self.line,
                     "  {device:<width$}  {accent}{:<14}{accent:#}  {reading}",
@@ -267,100 +239,4 @@ impl Format for Text {
     fn guess(&self) -> Option<Guess> {
         self.guess.clone()
     }
-}
-
-/// Returns the fields that are sure, then those of the likeliest reading, each with the mark it is shown with.
-fn marked_fields<'a>(meaning: &Meaning<'a>) -> impl Iterator<Item = (Field<'a>, &'static str)> {
-    let sure = meaning.fields().map(|field| (field, ""));
-    sure.chain(meaning.likely_fields().map(|field| (field, "?")))
-}
-
-/// Writes fields; without a profile, the data of the PDU.
-fn write_meaning(line: &mut String, row: &Transaction<'_>, meaning: &Meaning<'_>) -> fmt::Result {
-    let mut separator = "";
-    let mut known = false;
-    let mut field = |line: &mut String, text: fmt::Arguments<'_>| {
-        let before = std::mem::replace(&mut separator, " · ");
-        known = true;
-        write!(line, "{before}{text}")
-    };
-    for (f, mark) in marked_fields(meaning) {
-        field(line, format_args!("{}{mark} {f}", f.name))?;
-    }
-    if known || meaning.command().is_some() || meaning.likely().is_some() {
-        return Ok(());
-    }
-    let sides = [(row.request, Role::Request), (row.response, Role::Response)];
-    for (side, role) in sides {
-        let Some(side) = side.filter(|side| !side.damaged) else { continue };
-        if write_data(line, side, role)? {
-            break;
-        }
-    }
-    Ok(())
-}
-
-/// Writes what a PDU carries besides its header; tells whether there was something.
-fn write_data(line: &mut String, side: Side<'_>, role: Role) -> Result<bool, fmt::Error> {
-    let mut separator = "";
-    for field in pdu::dissect(side.bytes, role).fields {
-        let is_header = matches!(
-            field.name,
-            "address"
-                | "function"
-                | "start register"
-                | "start address"
-                | "quantity"
-                | "byte count"
-                | "register"
-        ) || field.span.end == side.bytes.len()
-            || matches!(field.value, PduValue::Raw([]) | PduValue::Registers([]));
-        if !is_header {
-            write!(line, "{separator}{}", field.value)?;
-            separator = " · ";
-        }
-    }
-    Ok(!separator.is_empty())
-}
-
-/// Writes function code and register in the shorthand of the trade, such as `FC03 0x2600 ×4`.
-fn function_and_register(row: &Transaction<'_>) -> String {
-    let mut text = function(row.function);
-    if let Some(register) = row.start_register {
-        let _ = write!(text, " 0x{register:04x}");
-    }
-    if let Some(quantity) = row.quantity {
-        let _ = write!(text, " ×{quantity}");
-    }
-    text
-}
-
-fn function(code: FunctionCode) -> String {
-    let mark = if code.is_exception() { "!" } else { "" };
-    format!("FC{:02}{mark}", code.without_exception().0)
-}
-
-fn arrow(role: Role) -> char {
-    match role {
-        Role::Request => '→',
-        Role::Response => '←',
-        Role::Unknown => '·',
-    }
-}
-
-/// Writes a length of time in milliseconds with its error, such as `18.4 ±0.3 ms`.
-fn latency(span: Option<Span>) -> String {
-    let ms = |ns: i64| ns as f64 / MILLISECOND as f64;
-    match span {
-        Some(span) => format!("{:.1} ±{:.1} ms", ms(span.midpoint()), ms(span.half_width())),
-        None => String::new(),
-    }
-}
-
-/// Returns what all ids begin with, up to and with a hyphen.
-fn common_prefix<'a>(ids: &[&'a str]) -> &'a str {
-    let Some(first) = ids.first() else { return "" };
-    let end = first.find('-').map_or(0, |hyphen| hyphen + 1);
-    let prefix = &first[..end];
-    if ids.iter().all(|id| id.len() > end && id.starts_with(prefix)) { prefix } else { "" }
 }

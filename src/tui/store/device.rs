@@ -1,0 +1,242 @@
+//! What is known of the device at an address: identity, values, registers, settings.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use super::pages::Pages;
+use crate::decode::transaction::Outcome;
+use crate::time::{SECOND, Span, Timestamp};
+
+/// How many points of a quantity are kept.
+const MOST_POINTS: u64 = 8192;
+/// How many quantities, registers and settings a device can have.
+const MOST: usize = 256;
+/// How many changes of a setting are kept.
+const MOST_CHANGES: usize = 64;
+/// Over how many requests the polls a second are taken.
+const POLLS: usize = 16;
+
+/// Is the device at an address.
+#[derive(Clone, Debug, Default)]
+pub struct Device {
+    /// Index of the bus.
+    pub bus: usize,
+    /// Unit address.
+    pub address: u8,
+    /// The id of its profile, when it is known.
+    pub id: Option<Arc<str>>,
+    /// What it is called in rows: short, or likely with a `?`.
+    pub label: Arc<str>,
+    /// What shows what it is, as it goes on after 'recognised by'.
+    pub evidence: Option<Arc<str>>,
+    /// Its serial number.
+    pub serial: Option<Arc<str>>,
+    /// Its software version.
+    pub firmware: Option<Box<str>>,
+    /// Its hardware version.
+    pub hardware: Option<Box<str>>,
+    /// Its own error flag, in words, when it was read last.
+    pub error_flag: Option<Box<str>>,
+    /// Transactions by outcome, in the order of [`Outcome::ALL`].
+    pub outcomes: [u64; Outcome::ALL.len()],
+    /// Damaged runs that seem to be to or from it.
+    pub damaged: u64,
+    /// When it was asked or spoke last.
+    pub seen: Option<Timestamp>,
+    /// When it was read last.
+    pub read: Option<Timestamp>,
+    /// When it was written to last.
+    pub written: Option<Timestamp>,
+    /// The last latency.
+    pub latency: Option<Span>,
+    /// The latest latencies in nanoseconds, with their times.
+    pub latencies: Pages<Point>,
+    /// When it was asked, the latest times.
+    polls: VecDeque<Timestamp>,
+    /// What it measures, in the order in which it was first seen.
+    pub quantities: Vec<Quantity>,
+    /// What was read or written, by function and register.
+    pub registers: Vec<Register>,
+    /// What it is set to, in the order in which it was first seen.
+    pub settings: Vec<Setting>,
+    /// What its clock showed.
+    pub clock: Option<SensorClock>,
+}
+
+/// Is a value at a time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point {
+    /// When.
+    pub time: Timestamp,
+    /// The value.
+    pub value: f64,
+}
+
+/// Is what a device measures.
+#[derive(Clone, Debug)]
+pub struct Quantity {
+    /// What it is called.
+    pub name: Arc<str>,
+    /// In what it is measured.
+    pub unit: Option<Arc<str>>,
+    /// The last value in words.
+    pub text: Box<str>,
+    /// The last value; `None` when it was none.
+    pub value: Option<f64>,
+    /// When it was measured last.
+    pub time: Option<Timestamp>,
+    /// Whether the last value is outside of what can be.
+    pub is_implausible: bool,
+    /// Whether it is calculated.
+    pub is_derived: bool,
+    /// Whether it is only the likeliest reading.
+    pub is_guess: bool,
+    /// What was measured.
+    pub history: Pages<Point>,
+}
+
+/// Is a stretch of registers as it was read or written last.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Register {
+    /// Function code of the request.
+    pub function: u8,
+    /// The first register.
+    pub start: u16,
+    /// How many were asked for.
+    pub quantity: Option<u16>,
+    /// What it is called.
+    pub title: Arc<str>,
+    /// The data last read or written, high byte first.
+    pub words: Box<[u8]>,
+    /// How often.
+    pub count: u64,
+    /// When last.
+    pub time: Option<Timestamp>,
+    /// How it ended last.
+    pub outcome: Outcome,
+}
+
+/// Is a setting or a calibration value.
+#[derive(Clone, Debug)]
+pub struct Setting {
+    /// What it is called.
+    pub name: Arc<str>,
+    /// Each time it was seen with another value, the last at the end.
+    pub changes: VecDeque<Change>,
+}
+
+/// Is a setting seen at a time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Change {
+    /// When it was seen first.
+    pub time: Option<Timestamp>,
+    /// The value in words.
+    pub text: Box<str>,
+    /// Whether it was written then, or only read.
+    pub is_written: bool,
+}
+
+/// Is what a device's clock showed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SensorClock {
+    /// What it showed, as nanoseconds since 1970 in its own zone.
+    pub shown: Timestamp,
+    /// When that was, by the host.
+    pub at: Timestamp,
+}
+
+impl Device {
+    /// Returns bus and address: devices are in the order of these.
+    pub fn key(&self) -> (usize, u8) {
+        (self.bus, self.address)
+    }
+
+    /// Returns how many transactions were to it.
+    pub fn transactions(&self) -> u64 {
+        self.outcomes.iter().sum()
+    }
+
+    /// Returns how many of them had an outcome.
+    pub fn count(&self, outcome: Outcome) -> u64 {
+        let place = Outcome::ALL.iter().position(|known| *known == outcome);
+        place.and_then(|place| self.outcomes.get(place)).copied().unwrap_or(0)
+    }
+
+    /// Returns how many of them went wrong: exceptions, no response, damaged, late.
+    pub fn errors(&self) -> u64 {
+        [Outcome::Exception, Outcome::NoResponse, Outcome::Damaged, Outcome::Late]
+            .map(|outcome| self.count(outcome))
+            .iter()
+            .sum()
+    }
+
+    /// Returns how often it is asked a second, of late; `None` after a single request.
+    pub fn polls_per_second(&self) -> Option<f64> {
+        let (first, last) = (self.polls.front()?, self.polls.back()?);
+        let elapsed = (*last - *first) as f64 / SECOND as f64;
+        (elapsed > 0.0).then(|| (self.polls.len() - 1) as f64 / elapsed)
+    }
+
+    /// Takes note of a request.
+    pub(super) fn poll(&mut self, time: Option<Timestamp>) {
+        let Some(time) = time else { return };
+        if self.polls.len() == POLLS {
+            self.polls.pop_front();
+        }
+        self.polls.push_back(time);
+    }
+
+    /// Takes a measured or derived value.
+    pub(super) fn measure(&mut self, new: Quantity) {
+        let known = self.quantities.iter_mut().find(|known| known.name == new.name);
+        let Some(known) = known else {
+            if self.quantities.len() < MOST {
+                self.quantities.push(Quantity { history: history(Pages::default(), &new), ..new });
+            }
+            return;
+        };
+        let before = std::mem::take(&mut known.history);
+        *known = Quantity { history: history(before, &new), ..new };
+    }
+
+    /// Takes registers that were read or written.
+    pub(super) fn register(&mut self, new: Register) {
+        let key = |register: &Register| (register.function, register.start);
+        match self.registers.binary_search_by_key(&key(&new), key) {
+            Ok(at) => {
+                let known = &mut self.registers[at]; // found there
+                let words = if new.words.is_empty() { std::mem::take(&mut known.words) } else { new.words };
+                *known = Register { count: known.count.saturating_add(1), words, ..new };
+            }
+            Err(at) if self.registers.len() < MOST => self.registers.insert(at, new),
+            Err(_) => {}
+        }
+    }
+
+    /// Takes a setting that was read or written.
+    pub(super) fn set(&mut self, name: &Arc<str>, new: Change) {
+        let known = self.settings.iter_mut().find(|known| known.name == *name);
+        let Some(known) = known else {
+            if self.settings.len() < MOST {
+                self.settings.push(Setting { name: Arc::clone(name), changes: VecDeque::from([new]) });
+            }
+            return;
+        };
+        if known.changes.back().is_some_and(|last| last.text == new.text) {
+            return;
+        }
+        if known.changes.len() == MOST_CHANGES {
+            known.changes.pop_front();
+        }
+        known.changes.push_back(new);
+    }
+}
+
+/// Adds the value of a quantity to its history.
+fn history(mut history: Pages<Point>, quantity: &Quantity) -> Pages<Point> {
+    if let (Some(time), Some(value)) = (quantity.time, quantity.value) {
+        history.push(Point { time, value });
+        history.keep(MOST_POINTS);
+    }
+    history
+}

@@ -1,0 +1,544 @@
+//! Turns events into what the views show.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use chrono::NaiveDateTime;
+
+use super::device::{Change, Device, Point, Quantity, Register, SensorClock};
+use super::health::Health;
+use super::names::Names;
+use super::row::{Exchange, Field, Remark, RemarkKind, Row, Run, RunKind, Value};
+use super::{Bus, Rows, Store};
+use crate::decode::frame::{Damaged, Frame, Place, Role};
+use crate::decode::function::FunctionCode;
+use crate::decode::pdu::{self, PduValue};
+use crate::decode::transaction::{Outcome, Transaction};
+use crate::device::{self, Identified, Meaning, Reading};
+use crate::line::LineSettings;
+use crate::pipeline::{Event, Lost};
+use crate::report::columns;
+use crate::report::words::{self, Labels};
+use crate::time::Timestamp;
+
+/// How many latencies of a device are kept.
+const MOST_LATENCIES: u64 = 2048;
+/// How many damaged runs wait for their transaction.
+const MOST_HELD: usize = 256;
+
+/// Says what is known of a bus that begins.
+#[derive(Clone, Debug, Default)]
+pub struct BusFacts {
+    /// What it is called.
+    pub name: String,
+    /// Speed and character format.
+    pub line: LineSettings,
+    /// Where it is received from.
+    pub source: Option<String>,
+    /// The longest time the adapter keeps a byte back, in nanoseconds, where it is known.
+    pub hold_ns: Option<i64>,
+    /// Facts about the adapter: key and value.
+    pub facts: Vec<(String, String)>,
+    /// What the adapter tells of line errors, in words.
+    pub error_reports: Option<&'static str>,
+}
+
+/// Grows a store by what is decoded.
+#[derive(Clone, Debug)]
+pub struct Feed {
+    store: Store,
+    labels: Labels,
+    names: Names,
+    /// Damaged runs that may yet be told by a transaction: number among the frames, and id.
+    held: VecDeque<(u64, u64)>,
+}
+
+impl Feed {
+    /// Begins with nothing; `labels` shorten the ids of devices.
+    pub fn new(labels: Labels) -> Self {
+        Feed { store: Store::default(), labels, names: Names::default(), held: VecDeque::new() }
+    }
+
+    /// Returns what the views show.
+    pub fn store(&self) -> &Store {
+        &self.store
+    }
+
+    /// Takes the settings of a bus, at its beginning and when they change.
+    pub fn begin(&mut self, facts: BusFacts) {
+        self.store.revision += 1;
+        let known = self.store.buses.iter_mut().find(|bus| *bus.name == *facts.name);
+        let before = known.as_ref().map(|bus| Arc::clone(&bus.health));
+        let bus = Bus {
+            name: facts.name.into(),
+            line: facts.line,
+            source: facts.source.map(Into::into),
+            hold_ns: facts.hold_ns,
+            facts: facts.facts.into(),
+            error_reports: facts.error_reports,
+            away_since: None,
+            health: before.unwrap_or_default(),
+        };
+        match known {
+            Some(known) => *known = Arc::new(bus),
+            None => self.store.buses.push(Arc::new(bus)),
+        }
+    }
+
+    /// Takes note that the source of a bus is gone, since then, or back.
+    pub fn set_away(&mut self, bus: &str, since: Option<Timestamp>) {
+        self.store.revision += 1;
+        let at = self.bus(bus);
+        if let Some(bus) = self.store.buses.get_mut(at) {
+            Arc::make_mut(bus).away_since = since;
+        }
+    }
+
+    /// Takes note of the time: everything up to then is in here.
+    pub fn pass(&mut self, now: Timestamp) {
+        self.store.now = Some(self.store.now.map_or(now, |known| known.max(now)));
+    }
+
+    /// Takes what somebody noted.
+    pub fn note(&mut self, time: Option<Timestamp>, text: &str) {
+        self.store.revision += 1;
+        self.remark(Remark { bus: 0, time, address: None, kind: RemarkKind::Note, text: text.into() });
+    }
+
+    /// Takes an event of a bus.
+    pub fn event(&mut self, bus: &str, event: &Event<'_>) {
+        self.store.revision += 1;
+        let bus = self.bus(bus);
+        match event {
+            Event::Frame(frame) => self.frame(bus, frame),
+            Event::Damaged(damaged) => self.damaged(bus, damaged),
+            Event::Lost(lost) => self.lost(bus, lost),
+            Event::Identified { identified, time } => self.identified(bus, identified, *time),
+            Event::Transaction { transaction, meaning } => self.transaction(bus, transaction, meaning),
+            // What is derived comes with its transaction.
+            Event::Reading { .. } => {}
+        }
+    }
+
+    /// Takes note that frames before this id have their transaction, or none.
+    pub fn settle(&mut self, settled_frame: u64) {
+        while let Some((number, _)) = self.held.front().copied().filter(|(_, id)| *id < settled_frame) {
+            self.held.pop_front();
+            self.release(number);
+        }
+    }
+
+    /// Lists a damaged run that belongs to no transaction.
+    fn release(&mut self, number: u64) {
+        if let Some(row) = self.store.frames.pages.get(number).cloned() {
+            let place = self.store.exchanges.push(row);
+            if let Some(Row::Run(run)) = self.store.frames.pages.get_mut(number) {
+                run.exchange = Some(place);
+            }
+            self.store.revision += 1;
+        }
+    }
+
+    /// Returns the index of a bus; one that never began gets the usual settings.
+    fn bus(&mut self, name: &str) -> usize {
+        if let Some(at) = self.store.buses.iter().position(|bus| *bus.name == *name) {
+            return at;
+        }
+        self.begin(BusFacts { name: name.to_owned(), ..BusFacts::default() });
+        self.store.buses.len() - 1
+    }
+
+    fn health(&mut self, bus: usize) -> Option<&mut Health> {
+        let bus = Arc::make_mut(self.store.buses.get_mut(bus)?);
+        Some(Arc::make_mut(&mut bus.health))
+    }
+
+    /// Returns the device at an address.
+    fn device(&mut self, bus: usize, address: u8) -> &mut Device {
+        let devices = &mut self.store.devices;
+        let at = match devices.binary_search_by_key(&(bus, address), |device| device.key()) {
+            Ok(at) => at,
+            Err(at) => {
+                let label = self.names.get("-");
+                devices.insert(at, Arc::new(Device { bus, address, label, ..Device::default() }));
+                at
+            }
+        };
+        Arc::make_mut(&mut devices[at]) // found or inserted there
+    }
+
+    /// Takes note of a time.
+    fn time(&mut self, time: Option<Timestamp>) {
+        if let Some(time) = time {
+            self.store.begun.get_or_insert(time);
+            self.pass(time);
+        }
+    }
+
+    fn remark(&mut self, remark: Remark) {
+        let remark = Row::Remark(Box::new(remark));
+        self.store.frames.push(remark.clone());
+        self.store.exchanges.push(remark);
+    }
+
+    /// Makes the row of a run of bytes, and counts it.
+    fn run(&mut self, bus: usize, place: &Place<'_>, kind: RunKind) -> Run {
+        let end = place.time.map(|time| time.end.midpoint());
+        let run = Run {
+            id: place.id,
+            bus,
+            time: place.time.map(|time| time.start.midpoint()),
+            end,
+            uncertainty_ns: place.time.map_or(0, |time| time.uncertainty_ns()),
+            stream_offset: place.stream_offset,
+            gap: place.gap_before,
+            bytes: place.bytes.into(),
+            line_errors: place.line_errors.into(),
+            role: Role::Unknown,
+            address: None,
+            function: None,
+            kind,
+            exchange: None,
+        };
+        self.time(run.time);
+        self.time(end);
+        let character_ns = self.store.buses.get(bus).map_or(0, |bus| bus.line.character_ns());
+        let length = run.bytes.len();
+        if let Some(health) = self.health(bus) {
+            let busy_ns = character_ns.saturating_mul(i64::try_from(length).unwrap_or(i64::MAX));
+            health.run(end, length, busy_ns, matches!(kind, RunKind::Damaged(_)));
+            health.uncertainty_ns = health.uncertainty_ns.max(run.uncertainty_ns);
+            if let Some(gap) = run.gap {
+                health.gaps.take(gap.midpoint());
+            }
+            for error in place.line_errors {
+                health.line_errors[Health::place_of_error(error.kind)] += 1;
+            }
+        }
+        run
+    }
+
+    fn frame(&mut self, bus: usize, frame: &Frame<'_>) {
+        let kind = RunKind::Frame {
+            echo: frame.echo,
+            boundary: frame.boundary,
+            confidence: frame.confidence,
+        };
+        let run = self.run(bus, &frame.place, kind);
+        if let Some(health) = self.health(bus) {
+            health.frames += 1;
+        }
+        let (address, function) = (Some(frame.address()), Some(frame.function()));
+        self.store.frames.push(Row::Run(Box::new(Run { role: frame.role, address, function, ..run })));
+    }
+
+    fn damaged(&mut self, bus: usize, damaged: &Damaged<'_>) {
+        let run = self.run(bus, &damaged.place, RunKind::Damaged(damaged.reason));
+        if let Some(health) = self.health(bus) {
+            let length = damaged.place.bytes.len() as u64;
+            health.reasons[Health::place_of(damaged.reason)] += 1;
+            health.damaged_bytes = health.damaged_bytes.saturating_add(length);
+            if matches!(damaged.reason, crate::decode::frame::Reason::Stray | crate::decode::frame::Reason::Noise)
+            {
+                health.stray_bytes = health.stray_bytes.saturating_add(length);
+            }
+        }
+        if let Some(address) = damaged.address
+            && self.store.device(bus, address).is_some()
+        {
+            self.device(bus, address).damaged += 1;
+        }
+        let (role, address, function) = (damaged.role, damaged.address, damaged.function);
+        let run = Run { role, address, function, ..run };
+        let id = run.id;
+        let number = self.store.frames.push(Row::Run(Box::new(run)));
+        self.held.push_back((number, id));
+        if self.held.len() > MOST_HELD
+            && let Some((number, _)) = self.held.pop_front()
+        {
+            self.release(number);
+        }
+    }
+
+    fn lost(&mut self, bus: usize, lost: &Lost) {
+        self.time(lost.time);
+        if let Some(health) = self.health(bus) {
+            let count = &mut health.lost[Health::place_of_loss(lost.kind)];
+            *count = count.saturating_add(lost.count);
+            health.losses += 1;
+            health.error(lost.time);
+        }
+        let text = words::lost(lost).into();
+        self.remark(Remark { bus, time: lost.time, address: None, kind: RemarkKind::Lost, text });
+    }
+
+    fn identified(&mut self, bus: usize, identified: &Identified, time: Option<Timestamp>) {
+        let id = self.names.get(&identified.device);
+        let label = self.names.get(self.labels.short(&identified.device));
+        let serial = identified.serial_number.as_deref().map(|serial| self.names.get(serial));
+        let evidence: Arc<str> = identified.evidence.as_str().into();
+        let device = self.device(bus, identified.address);
+        if device.serial.is_some() && serial.is_some() && device.serial != serial {
+            // Another device took the place: what was known is the old one's.
+            *device = Device { bus, address: identified.address, ..Device::default() };
+        }
+        (device.id, device.label, device.evidence) = (Some(id), label, Some(evidence));
+        device.serial = serial.or_else(|| device.serial.take());
+        let text = format!("{} recognised by {}", identified.device, identified.evidence).into();
+        let address = Some(identified.address);
+        self.remark(Remark { bus, time, address, kind: RemarkKind::Identified, text });
+    }
+
+    fn transaction(&mut self, bus: usize, row: &Transaction<'_>, meaning: &Meaning<'_>) {
+        let exchange = self.exchange(bus, row, meaning);
+        self.held.retain(|(_, id)| !exchange.ids.contains(&Some(*id)));
+        let is_bad = super::row::Tone::of(row.outcome) >= super::row::Tone::Warn;
+        if let Some(health) = self.health(bus) {
+            health.outcomes[row.outcome as usize] += 1; // in the order of `Outcome::ALL`
+            if let Some(latency) = row.latency {
+                health.latency.take(latency.midpoint());
+            }
+            if is_bad {
+                health.error(exchange.end.or(exchange.time));
+            }
+        }
+        self.observe(&exchange, row, meaning);
+        let sides = exchange.sides;
+        let number = self.store.exchanges.push(Row::Exchange(Box::new(exchange)));
+        for side in sides.into_iter().flatten() {
+            if let Some(Row::Run(run)) = self.store.frames.pages.get_mut(side) {
+                run.exchange = Some(number);
+            }
+        }
+    }
+
+    fn exchange(&mut self, bus: usize, row: &Transaction<'_>, meaning: &Meaning<'_>) -> Exchange {
+        let mut said = words::outcome(row).unwrap_or_default();
+        let outcome_ends = said.len();
+        if row.outcome != Outcome::Exception {
+            let separator = if said.is_empty() { "" } else { " · " };
+            said.push_str(separator);
+            let from = said.len();
+            // Fails only when a value's `Display` does; then the row ends there.
+            let _ = words::write_meaning(&mut said, row, meaning);
+            if said.len() == from {
+                said.truncate(outcome_ends);
+            }
+        }
+        if said.is_empty() {
+            said.push_str(if row.outcome == Outcome::Broadcast { "broadcast" } else { "done" });
+        }
+        let ids = [row.request, row.response].map(|side| Some(side?.id));
+        let mut names = |text: &str| self.names.get(text);
+        Exchange {
+            id: row.id,
+            bus,
+            time: columns::began(row),
+            end: columns::ended(row),
+            address: row.address,
+            function: row.function,
+            register: row.start_register,
+            quantity: row.quantity,
+            outcome: row.outcome,
+            exception: row.exception_code.map(|code| code.0),
+            latency: row.latency,
+            device: meaning.device().map(&mut names),
+            label: names(&self.labels.of(meaning)),
+            serial: meaning.serial_number().map(&mut names),
+            command: meaning.command().map(&mut names),
+            title: names(&words::command(row, meaning)),
+            said: said.into(),
+            fields: fields(meaning, &mut names),
+            ids,
+            sides: ids.map(|id| frame_number(&self.store.frames, id?)),
+        }
+    }
+
+    /// Learns about the device from a transaction.
+    fn observe(&mut self, exchange: &Exchange, row: &Transaction<'_>, meaning: &Meaning<'_>) {
+        let is_new_label = exchange.device.is_some() || &*exchange.label != "-";
+        let (label, serial) = (Arc::clone(&exchange.label), exchange.serial.clone());
+        let readings: Vec<Quantity> = meaning
+            .readings()
+            .map(|reading| self.quantity(&reading, exchange.end))
+            .collect();
+        let guesses: Vec<Quantity> = guesses(exchange);
+        let device = self.device(exchange.bus, exchange.address);
+        device.outcomes[row.outcome as usize] += 1; // in the order of `Outcome::ALL`
+        device.seen = exchange.end.or(device.seen);
+        if row.request.is_some() {
+            device.poll(exchange.time);
+        }
+        if device.id.is_none() && is_new_label {
+            device.label = label;
+        }
+        device.id = exchange.device.clone().or_else(|| device.id.take());
+        device.serial = serial.or_else(|| device.serial.take());
+        if let (Some(latency), Some(time)) = (row.latency, exchange.end) {
+            device.latency = Some(latency);
+            device.latencies.push(Point { time, value: latency.midpoint() as f64 });
+            device.latencies.keep(MOST_LATENCIES);
+        }
+        let is_answered = matches!(row.outcome, Outcome::Answered | Outcome::Late);
+        let is_write = is_write(row.function);
+        match is_write {
+            true if is_answered => device.written = exchange.end,
+            false if is_answered => device.read = exchange.end,
+            _ => {}
+        }
+        readings.into_iter().chain(guesses).for_each(|quantity| device.measure(quantity));
+        if let Some(register) = register(exchange, row) {
+            device.register(register);
+        }
+        if is_answered {
+            settings(device, exchange, is_write);
+        }
+    }
+
+    fn quantity(&mut self, reading: &Reading<'_>, time: Option<Timestamp>) -> Quantity {
+        Quantity {
+            name: self.names.get(reading.quantity),
+            unit: reading.unit.filter(|unit| *unit != "1").map(|unit| self.names.get(unit)),
+            text: reading.to_string().into(),
+            value: reading.value.as_f64(),
+            time,
+            is_implausible: reading.is_implausible(),
+            is_derived: reading.derived,
+            is_guess: false,
+            history: super::Pages::default(),
+        }
+    }
+}
+
+/// Tells whether a function changes something in the device.
+fn is_write(function: FunctionCode) -> bool {
+    matches!(
+        function,
+        FunctionCode::WRITE_SINGLE_COIL
+            | FunctionCode::WRITE_SINGLE_REGISTER
+            | FunctionCode::WRITE_MULTIPLE_COILS
+            | FunctionCode::WRITE_MULTIPLE_REGISTERS
+            | FunctionCode::MASK_WRITE_REGISTER
+            | FunctionCode::READ_WRITE_MULTIPLE_REGISTERS
+    )
+}
+
+/// Finds the number of a frame that came a moment ago.
+fn frame_number(frames: &Rows, id: u64) -> Option<u64> {
+    let latest = frames.pages.total().saturating_sub(4096)..frames.pages.total();
+    latest.rev().find(|number| matches!(frames.pages.get(*number), Some(Row::Run(run)) if run.id == id))
+}
+
+fn fields(meaning: &Meaning<'_>, names: &mut impl FnMut(&str) -> Arc<str>) -> Box<[Field]> {
+    let mut fields = Vec::new();
+    for (field, mark) in words::marked_fields(meaning) {
+        let end = |at: usize| u16::try_from(at).unwrap_or(u16::MAX);
+        fields.push(Field {
+            name: names(field.name),
+            value: value(&field.value),
+            text: field.to_string().into(),
+            span: (end(field.span.start), end(field.span.end)),
+            side: field.side,
+            is_guess: !mark.is_empty(),
+            is_implausible: field.is_implausible(),
+        });
+    }
+    for reading in meaning.readings().filter(|reading| reading.derived) {
+        fields.push(Field {
+            name: names(reading.quantity),
+            value: value(&reading.value),
+            text: reading.to_string().into(),
+            span: (0, 0),
+            side: Role::Unknown,
+            is_guess: false,
+            is_implausible: reading.is_implausible(),
+        });
+    }
+    fields.into()
+}
+
+fn value(value: &device::Value<'_>) -> Value {
+    match value {
+        device::Value::Float32(number) => Value::Single(*number),
+        device::Value::Float64(number) => Value::Number(*number),
+        device::Value::Integer(number) => Value::Number(*number as f64),
+        device::Value::Text(text) => Value::Text((&**text).into()),
+        device::Value::Boolean(flag) => Value::Flag(*flag),
+        device::Value::Null => Value::Null,
+    }
+}
+
+/// Returns the values of measurements of which the likeliest reading is all there is.
+fn guesses(exchange: &Exchange) -> Vec<Quantity> {
+    let is_measurement = exchange.title.starts_with("get-measurement");
+    let fields = exchange.fields.iter().filter(|field| is_measurement && field.is_guess);
+    let quantity = |field: &Field| Quantity {
+        name: Arc::clone(&field.name),
+        unit: None,
+        text: field.text.clone(),
+        value: number(&field.value),
+        time: exchange.end,
+        is_implausible: field.is_implausible,
+        is_derived: false,
+        is_guess: true,
+        history: super::Pages::default(),
+    };
+    fields.map(quantity).collect()
+}
+
+fn number(value: &Value) -> Option<f64> {
+    match value {
+        Value::Number(number) => Some(*number),
+        Value::Single(number) => Some(f64::from(*number)),
+        _ => None,
+    }
+}
+
+/// Returns the registers that an exchange read or wrote, with their raw words.
+fn register(exchange: &Exchange, row: &Transaction<'_>) -> Option<Register> {
+    let side = if is_write(row.function) { row.request } else { row.response };
+    let role = if is_write(row.function) { Role::Request } else { Role::Response };
+    let dissection = side.filter(|side| !side.damaged).map(|side| pdu::dissect(side.bytes, role));
+    let words = dissection.and_then(|dissection| {
+        dissection.fields.iter().find_map(|field| match field.value {
+            PduValue::Registers(words) => Some(words),
+            _ => None,
+        })
+    });
+    Some(Register {
+        function: row.function.0,
+        start: exchange.register?,
+        quantity: exchange.quantity,
+        title: Arc::clone(&exchange.title),
+        words: words.unwrap_or_default().into(),
+        count: 1,
+        time: exchange.end,
+        outcome: exchange.outcome,
+    })
+}
+
+/// Takes what an exchange tells of the device beside its measurements.
+fn settings(device: &mut Device, exchange: &Exchange, is_write: bool) {
+    for field in exchange.fields.iter().filter(|field| !field.is_guess && field.span.1 > 0) {
+        match (&*field.name, &field.value) {
+            ("serial_number" | "type_byte", _) => {}
+            ("software_version", _) => device.firmware = Some(field.text.clone()),
+            ("hardware_version", _) => device.hardware = Some(field.text.clone()),
+            ("error_flag", _) => device.error_flag = Some(field.text.clone()),
+            ("time", Value::Text(text)) if !is_write => {
+                let shown = NaiveDateTime::parse_from_str(text, "%Y-%m-%dT%H:%M:%S").ok();
+                let shown = shown.and_then(|time| time.and_utc().timestamp_nanos_opt());
+                device.clock = shown.zip(exchange.end).map(|(shown, at)| SensorClock {
+                    shown: Timestamp::from_ns(shown),
+                    at,
+                });
+            }
+            ("time", _) => {}
+            (name, _) if device.quantities.iter().any(|quantity| *quantity.name == *name) => {}
+            _ => {
+                let text = field.text.clone();
+                device.set(&field.name, Change { time: exchange.end, text, is_written: is_write });
+            }
+        }
+    }
+}
