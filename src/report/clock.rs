@@ -32,6 +32,11 @@ impl Clock {
         Clock { style, origin: None }
     }
 
+    /// Returns a clock whose origin is this time.
+    pub fn since(self, origin: Timestamp) -> Clock {
+        Clock { origin: Some(origin), ..self }
+    }
+
     /// Takes note of an event: the first frame or run with a time is the origin.
     pub(super) fn note(&mut self, event: &Event<'_>) {
         if self.origin.is_none() {
@@ -50,8 +55,19 @@ impl Clock {
     }
 
     /// Shows a time to the millisecond, for people; always equally wide within a day.
-    pub(super) fn short(self, time: Timestamp) -> Shown {
+    pub fn short(self, time: Timestamp) -> Shown {
         Shown { clock: self, time, exact: false }
+    }
+
+    /// Returns the time of day to the millisecond, or the seconds since the origin; always equally wide.
+    pub fn of_day(self, time: Timestamp) -> String {
+        let text = self.short(time).to_string();
+        match self.style {
+            TimeStyle::Relative => format!("{text:>12}"),
+            TimeStyle::Local | TimeStyle::Utc => {
+                text.split_once(' ').map_or(text.clone(), |(_, time)| time.trim_end_matches('Z').to_owned())
+            }
+        }
     }
 }
 
@@ -67,7 +83,7 @@ fn time_of(event: &Event<'_>) -> Option<Timestamp> {
 }
 
 /// Is a time to be shown.
-pub(super) struct Shown {
+pub struct Shown {
     clock: Clock,
     time: Timestamp,
     exact: bool,

@@ -19,7 +19,7 @@ mod text;
 pub mod wide;
 pub mod words;
 
-pub use clock::{Clock, TimeStyle};
+pub use clock::{Clock, Shown, TimeStyle};
 pub use csv::Csv;
 pub use json::Json;
 pub use rows::{Judge, Passing, Rows, Show};

@@ -21,6 +21,7 @@
 //! - A time stands for its first instant, but with `==`, `!=` and `in` for all of the minute, second or
 //!   fraction it names.
 
+mod complete;
 mod error;
 mod keys;
 mod matching;
@@ -36,6 +37,7 @@ mod value;
 
 use std::str::FromStr;
 
+pub use complete::{Completion, Vocabulary};
 pub use error::FilterError;
 pub use subject::{Field, FieldValue, Subject};
 
@@ -56,6 +58,23 @@ impl Filter {
     /// Tells whether a row passes; allocates nothing.
     pub fn matches(&self, subject: &dyn Subject) -> bool {
         matching::holds(&self.root, subject)
+    }
+
+    /// Makes the filter that asks whether a decoded field has a value, given as it is printed.
+    pub fn of_field(name: &str, text: &str, is_number: bool) -> Filter {
+        let number = is_number.then(|| value::number_of(text)).flatten();
+        let literal = tree::Literal { text: text.to_owned(), number };
+        let condition = tree::Condition::Is(tree::Operator::Equal, literal);
+        Filter { root: Expression::Test(tree::Test::Field(name.to_owned(), condition)) }
+    }
+
+    /// Makes the filter that asks for both.
+    pub fn and(self, other: Filter) -> Filter {
+        let parts = [self.root, other.root].into_iter().flat_map(|root| match root {
+            Expression::All(parts) => parts,
+            other => vec![other],
+        });
+        Filter { root: Expression::All(parts.collect()) }
     }
 
     /// Returns the names that mean something whatever the profiles.

@@ -52,7 +52,7 @@ pub struct Device {
     /// The latest latencies in nanoseconds, with their times.
     pub latencies: Pages<Point>,
     /// When it was asked, the latest times.
-    polls: VecDeque<Timestamp>,
+    pub(super) polls: VecDeque<Timestamp>,
     /// What it measures, in the order in which it was first seen.
     pub quantities: Vec<Quantity>,
     /// What was read or written, by function and register.

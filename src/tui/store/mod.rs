@@ -12,6 +12,7 @@ mod device;
 mod feed;
 mod finding;
 mod health;
+mod json;
 mod names;
 mod pages;
 mod row;
@@ -23,6 +24,7 @@ pub use device::{Change, Device, Point, Quantity, Register, SensorClock, Setting
 pub use feed::{BusFacts, Feed};
 pub use finding::{Finding, Findings, Severity};
 pub use health::{Health, Histogram, Second};
+pub use json::RowJson;
 pub use pages::Pages;
 pub use row::{Exchange, Field, Remark, RemarkKind, Row, Run, RunKind, Tone, Value};
 pub use subject::RowSubject;

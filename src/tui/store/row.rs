@@ -46,6 +46,8 @@ pub struct Exchange {
     pub latency: Option<Span>,
     /// The id of the device's profile, when it was known.
     pub device: Option<Arc<str>>,
+    /// The profiles that fit while the device is not known.
+    pub candidates: Box<[Arc<str>]>,
     /// The device as it is shown: short, or likely with a `?`.
     pub label: Arc<str>,
     /// Its serial number, when it was known.
@@ -73,6 +75,8 @@ pub struct Field {
     pub value: Value,
     /// How it is shown, with its unit.
     pub text: Box<str>,
+    /// In what it is measured.
+    pub unit: Option<Arc<str>>,
     /// Its bytes, half-open from the address byte; empty for what is derived.
     pub span: (u16, u16),
     /// Which frame it is in.

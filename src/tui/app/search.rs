@@ -1,0 +1,240 @@
+//! Going somewhere: filters, searches, times, marks, partners; and the lines that are typed for it.
+
+use super::prompt::{self, Ask, Prompt, Target, time_filter};
+use super::traffic::Pane;
+use super::{App, Effect, View};
+use crate::analyze::filter::{Filter, Vocabulary};
+use crate::time::SECOND;
+use crate::tui::store::{List, Row, RowSubject, Tone};
+
+impl App {
+    /// Begins a line.
+    pub(super) fn ask(&mut self, ask: Ask) {
+        let text = match ask {
+            Ask::Filter => self.filter.as_ref().map(Filter::to_string).unwrap_or_default(),
+            Ask::Break => {
+                let filter = self.breaks_on.as_ref().or(self.filter.as_ref());
+                filter.map(Filter::to_string).unwrap_or_default()
+            }
+            Ask::Search => self.search.clone().unwrap_or_default(),
+            Ask::Note | Ask::Time | Ask::Export => String::new(),
+        };
+        self.learn_words();
+        self.prompt = Some(Prompt::new(ask, text, &self.vocabulary));
+    }
+
+    /// Takes the words of the traffic for completion.
+    fn learn_words(&mut self) {
+        let Vocabulary { fields, devices, serials, commands, buses, findings } = &mut self.vocabulary;
+        let add = |words: &mut Vec<String>, word: &str| {
+            if !words.iter().any(|known| known == word) {
+                words.push(word.to_owned());
+            }
+        };
+        for device in self.store.devices() {
+            device.id.iter().for_each(|id| add(devices, id));
+            device.serial.iter().for_each(|serial| add(serials, serial));
+            device.quantities.iter().for_each(|quantity| add(fields, &quantity.name));
+            device.settings.iter().for_each(|setting| add(fields, &setting.name));
+            let titles = device.registers.iter().map(|register| &*register.title);
+            titles.filter(|title| !title.contains([' ', '?'])).for_each(|title| add(commands, title));
+        }
+        self.store.buses().iter().for_each(|bus| add(buses, &bus.name));
+        self.store.findings().list().iter().for_each(|finding| add(findings, &finding.code));
+    }
+
+    /// Does what a line that was typed is for.
+    pub(super) fn typed(&mut self, prompt: &Prompt) -> Option<Effect> {
+        let text = prompt.text().trim().to_owned();
+        prompt::remember(&mut self.history[usize::from(!prompt.ask.is_filter())], &text);
+        match prompt.ask {
+            Ask::Filter => self.set_filter(Filter::parse(&text).ok().filter(|_| !text.is_empty())),
+            Ask::Break => {
+                self.breaks_on = Filter::parse(&text).ok().filter(|_| !text.is_empty());
+                self.break_from = self.newest().list(List::Exchanges).total();
+                let said = match &self.breaks_on {
+                    Some(filter) => format!("freezes when a row passes {filter}"),
+                    None => "freezes by itself no more".to_owned(),
+                };
+                self.say(Tone::Info, said);
+            }
+            Ask::Search => {
+                self.search = Some(text).filter(|text| !text.is_empty());
+                self.search_again(true);
+            }
+            Ask::Note if text.is_empty() => {}
+            Ask::Note => {
+                // A note is on the selected row, unless the newest one is followed.
+                let row = self.traffic.row(&self.store).filter(|_| !self.traffic.is_following);
+                let time = row.and_then(Row::time).filter(|_| self.view == View::Traffic);
+                let time = time.or(self.newest().now()).or(self.now);
+                return Some(Effect::Note(time, text));
+            }
+            Ask::Time => self.go_to_time(&text),
+            Ask::Export if text.is_empty() => {}
+            Ask::Export => {
+                let filter = self.filter.as_ref().map(Filter::to_string);
+                return Some(Effect::Export { filter, path: text });
+            }
+        }
+        None
+    }
+
+    /// Shows only rows that pass a filter, or all again.
+    pub fn set_filter(&mut self, filter: Option<Filter>) {
+        self.filter = filter;
+        self.traffic.reset(&self.store, self.filter.as_ref());
+        if self.traffic.order.len(&self.store) == 0 && self.filter.is_some() {
+            self.say(Tone::Info, "no row passes the filter yet");
+        }
+    }
+
+    /// Shows only rows like what is selected.
+    pub(super) fn filter_selected(&mut self) {
+        let made = match self.view {
+            View::Traffic if self.traffic.pane != Pane::List => {
+                let detail = self.traffic.detail(&self.store);
+                detail.nodes.get(self.traffic.node).and_then(|node| node.filter.clone())
+            }
+            View::Traffic => self.traffic.row(&self.store).and_then(row_filter),
+            View::Devices => self.devices.filter(&self.store),
+            View::Findings => {
+                let finding = self.store.findings().list().get(self.finding);
+                finding.map(|finding| format!("finding == {}", finding.code))
+            }
+            View::Health => None,
+        };
+        let Some(filter) = made.and_then(|text| Filter::parse(&text).ok()) else {
+            return self.say(Tone::Info, "there is nothing here to filter by");
+        };
+        let narrowed = match self.filter.take().filter(|_| self.view == View::Traffic) {
+            Some(before) if before != filter => before.and(filter),
+            _ => filter,
+        };
+        self.view = View::Traffic;
+        self.set_filter(Some(narrowed));
+    }
+
+    /// Selects the next row for which something holds.
+    pub(super) fn go_to(&mut self, what: &str, is_forward: bool, holds: impl Fn(&App, u64, &Row) -> bool) {
+        match self.traffic.find(&self.store, is_forward, |number, row| holds(self, number, row)) {
+            Some((number, went_round)) => {
+                if went_round {
+                    let from = if is_forward { "first" } else { "last" };
+                    self.say(Tone::Info, format!("went on from the {from} row"));
+                }
+                self.select(number);
+            }
+            None => self.say(Tone::Info, format!("there is no other {what} here")),
+        }
+    }
+
+    fn select(&mut self, number: u64) {
+        let height = self.regions().rows();
+        self.traffic.select(&self.store, number, height);
+    }
+
+    /// Goes to the next hit of the search.
+    pub(super) fn search_again(&mut self, is_forward: bool) {
+        let Some(text) = self.search.clone() else { return self.ask(Ask::Search) };
+        let words = text.to_lowercase();
+        let bytes = hex_bytes(&text);
+        self.go_to(&format!("row with '{text}'"), is_forward, |app, _, row| {
+            app.has(row, &words, bytes.as_deref())
+        });
+    }
+
+    /// Tells whether a row has these words, or bytes.
+    fn has(&self, row: &Row, words: &str, bytes: Option<&[u8]>) -> bool {
+        let contains = |text: &str| text.to_lowercase().contains(words);
+        let has_words = match row {
+            Row::Exchange(row) => [&*row.title, &*row.label, &*row.said].into_iter().any(contains),
+            Row::Run(row) => contains(row.role.name()) || row.reason().is_some_and(|reason| contains(reason.name())),
+            Row::Remark(row) => contains(&row.text),
+        };
+        let has_bytes = |bytes: &[u8]| {
+            use crate::analyze::filter::Subject as _;
+            let subject = RowSubject::new(&self.store, row);
+            subject.any_bytes(&mut |all| all.windows(bytes.len()).any(|window| window == bytes))
+        };
+        has_words || bytes.is_some_and(has_bytes)
+    }
+
+    /// Jumps from a request to its response, and back.
+    pub(super) fn go_to_partner(&mut self) {
+        let detail = self.traffic.detail(&self.store);
+        match self.traffic.row(&self.store) {
+            Some(Row::Exchange(_)) if detail.sides.len() == 2 => {
+                let side = detail.nodes.get(self.traffic.node).map_or(0, |node| node.side);
+                let other = detail.nodes.iter().position(|node| node.depth == 0 && node.side != side);
+                self.traffic.node = other.unwrap_or(0);
+                if self.traffic.pane == Pane::Hex {
+                    let place = detail.bytes().position(|(at, _)| at != side).unwrap_or(0);
+                    self.traffic.byte = place;
+                }
+                self.traffic.match_panes(&detail);
+            }
+            Some(Row::Run(run)) => {
+                let exchange = run.exchange.and_then(|number| self.store.list(List::Exchanges).get(number));
+                let partner = match exchange {
+                    Some(Row::Exchange(exchange)) => {
+                        exchange.sides.into_iter().flatten().find(|side| Some(*side) != self.traffic.selected)
+                    }
+                    _ => None,
+                };
+                match partner {
+                    Some(number) => self.select(number),
+                    None => self.say(Tone::Info, "this frame has no partner"),
+                }
+            }
+            _ => self.say(Tone::Info, "this row has no partner"),
+        }
+    }
+
+    fn go_to_time(&mut self, text: &str) {
+        let rows = self.store.list(self.traffic.list);
+        let target = time_filter(text);
+        let is_reached = |row: &Row| match &target {
+            Ok(Target::Filter(filter)) => filter.matches(&RowSubject::new(&self.store, row)),
+            Ok(Target::Seconds(seconds)) => {
+                let from = self.store.begun().zip(row.time());
+                from.is_some_and(|(begun, time)| (time - begun) as f64 >= seconds * SECOND as f64)
+            }
+            Err(_) => false,
+        };
+        let found = rows.kept().find(|number| rows.get(*number).is_some_and(is_reached));
+        match found {
+            Some(number) => self.select(number),
+            None => self.say(Tone::Info, "no row that is kept is as late as that"),
+        }
+    }
+}
+
+/// Returns a filter for rows like this.
+fn row_filter(row: &Row) -> Option<String> {
+    Some(match row {
+        Row::Exchange(row) => match &row.command {
+            Some(command) => format!("addr == {} && cmd == {command}", row.address),
+            None => {
+                let register = row.register.map(|register| format!(" && reg == 0x{register:04x}"));
+                format!("addr == {} && fn == {}{}", row.address, row.function.0, register.unwrap_or_default())
+            }
+        },
+        Row::Run(row) => match (row.reason(), row.address) {
+            (Some(reason), _) => format!("reason == {}", reason.name()),
+            (None, Some(address)) => format!("addr == {address} && role == {}", row.role.name()),
+            (None, None) => return None,
+        },
+        Row::Remark(row) => format!("addr == {}", row.address?),
+    })
+}
+
+/// Reads bytes in hexadecimal, two digits each; `None` for anything else.
+fn hex_bytes(text: &str) -> Option<Vec<u8>> {
+    let digits: String = text.split_whitespace().collect();
+    if digits.len() < 2 || digits.len() % 2 == 1 || !digits.is_ascii() {
+        return None;
+    }
+    let pairs = (0..digits.len()).step_by(2);
+    pairs.map(|at| u8::from_str_radix(digits.get(at..at + 2)?, 16).ok()).collect()
+}

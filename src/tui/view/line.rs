@@ -1,0 +1,73 @@
+//! The filter, or the line that is typed with what is wrong with it and what may come next.
+//!
+//! ```text
+//!  filter › addr == 1 && temperatur > 20
+//!  column 14: …                                  temperature  turbidity
+//! ```
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::Position;
+
+use crate::tui::app::App;
+use crate::tui::app::prompt::Prompt;
+use crate::tui::layout::Regions;
+use crate::tui::widget::text::{put, width};
+
+/// Draws both lines; returns where the cursor is.
+pub(super) fn draw(app: &App, regions: &Regions, buffer: &mut Buffer) -> Option<Position> {
+    let area = regions.line?;
+    let theme = &app.theme;
+    let Some(prompt) = &app.prompt else {
+        let filter = app.filter.as_ref().map(ToString::to_string).unwrap_or_default();
+        let x = put(buffer, area, area.x + 1, area.y, "filter ", theme.dim);
+        put(buffer, area, x, area.y, &filter, theme.good);
+        return None;
+    };
+    let title = format!("{} › ", prompt.ask.title());
+    let x = put(buffer, area, area.x + 1, area.y, &title, theme.accent);
+    let columns = usize::from(area.right().saturating_sub(x + 1));
+    let scroll = prompt.input.visual_scroll(columns);
+    let shown: String = prompt.text().chars().skip(scroll).collect();
+    let style = match (&prompt.error, prompt.ask.is_filter()) {
+        (Some(_), _) => theme.bad,
+        (None, true) => theme.good,
+        (None, false) => theme.text,
+    };
+    if prompt.text().is_empty() {
+        put(buffer, area, x, area.y, prompt.ask.example(), theme.dim);
+    } else {
+        put(buffer, area, x, area.y, &shown, style);
+    }
+    let cursor = u16::try_from(prompt.input.visual_cursor().saturating_sub(scroll)).unwrap_or(0);
+    if let Some((column, _)) = &prompt.error
+        && let Some(at) = column.checked_sub(1 + scroll)
+    {
+        let at = x.saturating_add(u16::try_from(at).unwrap_or(u16::MAX));
+        if at < area.right() {
+            buffer[(at, area.y)].set_style(theme.alarm);
+        }
+    }
+    hint(app, prompt, regions, buffer);
+    Some(Position { x: (x + cursor).min(area.right().saturating_sub(1)), y: area.y })
+}
+
+fn hint(app: &App, prompt: &Prompt, regions: &Regions, buffer: &mut Buffer) {
+    let Some(area) = regions.hint else { return };
+    let mut x = area.x + 1;
+    if let Some((_, error)) = &prompt.error {
+        // While a word is typed it is no error yet, but there is more to come.
+        x = put(buffer, area, x, area.y, error, app.theme.bad) + 2;
+    } else if prompt.ask.is_filter() && !prompt.text().is_empty() {
+        x = put(buffer, area, x, area.y, "⏎ applies", app.theme.dim) + 2;
+    }
+    for (at, word) in prompt.completion.words.iter().enumerate() {
+        if usize::from(area.right().saturating_sub(x)) < width(word) + 6 {
+            break;
+        }
+        if at == 0 {
+            x = put(buffer, area, x, area.y, "tab ", app.theme.dim);
+        }
+        let style = if at == 0 { app.theme.strong } else { app.theme.dim };
+        x = put(buffer, area, x, area.y, word, style) + 2;
+    }
+}

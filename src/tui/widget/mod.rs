@@ -1,0 +1,5 @@
+//! Small things that views are made of.
+
+pub mod bars;
+pub mod columns;
+pub mod text;
