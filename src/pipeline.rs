@@ -96,7 +96,8 @@ enum Stage {
 /// From how many bytes on it is worth looking which are still needed.
 const FORGET_FROM: usize = 512;
 
-/// Decodes one bus.
+/// Decodes one bus; a copy goes on from the same state.
+#[derive(Clone)]
 pub struct Pipeline {
     framer: Framer,
     pairing: Pairing,

@@ -310,6 +310,26 @@ impl Input {
         matches!(self.reader, Reader::Mcap(_))
     }
 
+    /// Returns where to go on later; `None` while that is no place for it, and where it never is.
+    pub fn place(&self) -> Option<mcap::Place> {
+        self.recording()?.place()
+    }
+
+    /// Goes on from a place in the same file.
+    ///
+    /// # Errors
+    /// When the system cannot go there.
+    pub fn go(&mut self, place: &mcap::Place) -> Result<(), InputError> {
+        let Reader::Mcap(recording) = &mut self.reader else { return Ok(()) };
+        self.has_bytes = true;
+        recording.go(place).map_err(|error| self.error(Failure::Io(error)))
+    }
+
+    /// Returns the first and the last time of a recording whose index says them.
+    pub fn times(&self) -> Option<(Timestamp, Timestamp)> {
+        self.recording()?.times()
+    }
+
     /// Tells whether the input has come to its end.
     pub fn is_finished(&self) -> bool {
         self.recording().is_none_or(Recording::is_finished)

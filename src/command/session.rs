@@ -80,13 +80,15 @@ impl Setup {
 }
 
 /// Is a bus being decoded.
+#[derive(Clone)]
 struct Bus {
     settings: BusSettings,
     pipeline: Pipeline,
     redactor: Option<Redactor>,
 }
 
-/// Decodes all buses of a session.
+/// Decodes all buses of a session; a copy goes on from the same state.
+#[derive(Clone)]
 pub(super) struct Session<'a> {
     setup: &'a Setup,
     ids: (u64, u64),

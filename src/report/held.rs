@@ -7,7 +7,7 @@ use crate::decode::chunk::{Chunk, LineError, ReadTime};
 use crate::decode::frame::Place;
 
 /// Holds reads back until all their frames and damaged runs are settled.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Held {
     bytes: VecDeque<u8>,
     /// Stream offset of the first byte held.
@@ -23,7 +23,7 @@ pub struct Held {
     line_errors: Vec<LineError>,
 }
 
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Read {
     time: ReadTime,
     length: usize,

@@ -30,6 +30,7 @@ const LEAST_PIECE: usize = 3;
 const CRC: usize = 2;
 
 /// Blanks the serial numbers in the reads of one bus; a read comes out once all its frames are known.
+#[derive(Clone)]
 pub struct Redactor {
     pipeline: Pipeline,
     profiles: Arc<Profiles>,
@@ -41,6 +42,7 @@ pub struct Redactor {
 }
 
 /// Is what stands between reads.
+#[derive(Clone, Copy)]
 enum Mark {
     Lost(Lost),
     Silence(Timestamp),

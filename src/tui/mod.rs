@@ -16,5 +16,6 @@ pub mod keymap;
 pub mod layout;
 pub mod store;
 pub mod theme;
+pub mod timeline;
 pub mod view;
 pub mod widget;

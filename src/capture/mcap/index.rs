@@ -81,6 +81,15 @@ impl Index {
         })
     }
 
+    /// Returns the first and the last log time.
+    pub(super) fn times(&self) -> Option<(Timestamp, Timestamp)> {
+        let chunks = || self.summary.chunk_indexes.iter().filter(|chunk| chunk.message_start_time > 0);
+        let time = |log: u64| Timestamp::from_ns(i64::try_from(log).unwrap_or(i64::MAX));
+        let first = chunks().map(|chunk| chunk.message_start_time).min()?;
+        let last = chunks().map(|chunk| chunk.message_end_time).max()?;
+        Some((time(first), time(last)))
+    }
+
     /// Plans to read what was logged within these times: its chunks, and before it those with line settings.
     ///
     /// The first chunk has the session's anchor, and is always read.

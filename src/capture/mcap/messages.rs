@@ -128,9 +128,29 @@ impl<R: Read> Messages<R> {
         self.records.seek(offset)
     }
 
+    /// Returns a place in the file to go on from; `None` within a chunk.
+    pub(super) fn place(&self) -> Option<(u64, bool)> {
+        (!self.is_in_chunk()).then(|| (self.position(), self.footer))
+    }
+
+    /// Goes on from a place in the file.
+    pub(super) fn go(&mut self, (offset, footer): (u64, bool)) -> io::Result<()>
+    where
+        R: Seek,
+    {
+        self.seek(offset)?;
+        self.footer = footer;
+        Ok(())
+    }
+
     /// Tells whether the rest of a chunk is still to come.
     pub(super) fn is_in_chunk(&self) -> bool {
         self.at < self.chunk.len()
+    }
+
+    /// Returns where the bytes come from.
+    pub(super) fn source(&self) -> &R {
+        self.records.source()
     }
 
     /// Returns how many bytes of the file were read.

@@ -6,7 +6,7 @@ use crate::decode::chunk::{Chunk, LineError, LineErrorKind, ReadTime};
 use crate::time::Timestamp;
 
 /// Takes a message apart into its reads.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(super) struct Reads {
     anchor: Option<Anchor>,
     /// The next of the earlier reads; beyond them the last, then none.

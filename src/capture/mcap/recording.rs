@@ -82,6 +82,14 @@ pub struct Recording {
     is_finished: bool,
 }
 
+/// Is a place between the chunks of a file, with all that is known there.
+#[derive(Clone)]
+pub struct Place {
+    at: (u64, bool),
+    state: State,
+    is_finished: bool,
+}
+
 /// Is where the bytes of a file come from.
 pub(super) enum Source {
     File(File),
@@ -158,6 +166,30 @@ impl Recording {
         self.plan = Some(index.plan(from, to));
         self.state.select(from, to);
         true
+    }
+
+    /// Returns where to go on later; `None` while items wait or a chunk is read, and for streams.
+    pub fn place(&self) -> Option<Place> {
+        let can_go = matches!(self.messages.source(), Source::File(_)) && self.plan.is_none() && !self.state.has_items();
+        let at = self.messages.place().filter(|_| can_go)?;
+        Some(Place { at, state: self.state.clone(), is_finished: self.is_finished })
+    }
+
+    /// Goes on from a place in the same file.
+    ///
+    /// # Errors
+    /// When the system cannot go there.
+    pub fn go(&mut self, place: &Place) -> io::Result<()> {
+        self.messages.go(place.at)?;
+        self.plan = None;
+        self.state = place.state.clone();
+        self.is_finished = place.is_finished;
+        Ok(())
+    }
+
+    /// Returns the first and the last time of the file, where its index says them.
+    pub fn times(&self) -> Option<(Timestamp, Timestamp)> {
+        self.index.as_ref()?.times()
     }
 
     /// Goes on with the streams of an earlier recording, if this one is a later part of its session; tells whether.

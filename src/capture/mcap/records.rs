@@ -72,6 +72,11 @@ impl<R: Read> Records<R> {
         Ok(())
     }
 
+    /// Returns where the bytes come from.
+    pub(super) fn source(&self) -> &R {
+        &self.window.source
+    }
+
     /// Returns where the record handed out last ends.
     pub(super) fn position(&self) -> u64 {
         self.window.offset + self.held as u64

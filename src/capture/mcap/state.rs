@@ -44,6 +44,7 @@ pub(super) struct Bus {
 }
 
 /// Is an item to be handed out.
+#[derive(Clone)]
 enum Ready {
     Line(usize),
     Lost(usize, Lost),
@@ -52,7 +53,7 @@ enum Ready {
 }
 
 /// Turns messages into items.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(super) struct State {
     pub(super) facts: Facts,
     topics: Vec<Topic>,

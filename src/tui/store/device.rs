@@ -177,6 +177,13 @@ impl Device {
         (elapsed > 0.0).then(|| (self.polls.len() - 1) as f64 / elapsed)
     }
 
+    /// Forgets all but the latest points of each series.
+    pub(super) fn forget_points(&mut self, most: u64) {
+        let latest = |points: &mut Pages<Point>| points.keep(most);
+        latest(&mut self.latencies);
+        self.quantities.iter_mut().for_each(|quantity| latest(&mut quantity.history));
+    }
+
     /// Takes note of a request.
     pub(super) fn poll(&mut self, time: Option<Timestamp>) {
         let Some(time) = time else { return };

@@ -23,6 +23,10 @@ use crate::time::Timestamp;
 
 /// How many latencies of a device are kept.
 const MOST_LATENCIES: u64 = 2048;
+/// How far back the frames of a transaction are looked for.
+const LOOK_BACK: u64 = 4096;
+/// How many points of a series a checkpoint keeps at least.
+const LATEST_POINTS: u64 = 1024;
 /// How many damaged runs wait for their transaction.
 const MOST_HELD: usize = 256;
 
@@ -137,6 +141,27 @@ impl Feed {
             }
             self.store.revision += 1;
         }
+    }
+
+    /// Returns a copy to go on from later: it knows all that this one knows, but for rows that are no longer open, and
+    /// all but the latest points of each series.
+    ///
+    /// `settled_frame` is as for [`Feed::settle`].
+    pub fn checkpoint(&self, settled_frame: u64) -> Feed {
+        let mut copy = self.clone();
+        let store = &mut copy.store;
+        let frames = &store.frames.pages;
+        let is_open = |number: &u64| match frames.get(*number) {
+            Some(Row::Run(run)) => run.id >= settled_frame,
+            _ => false,
+        };
+        let latest = frames.total().saturating_sub(LOOK_BACK)..frames.total();
+        let open = latest.into_iter().find(is_open).unwrap_or(frames.total());
+        let held = self.held.iter().map(|(number, _)| *number).min().unwrap_or(u64::MAX);
+        store.frames.forget_before(open.min(held));
+        store.exchanges.forget_before(u64::MAX);
+        store.devices.iter_mut().for_each(|device| Arc::make_mut(device).forget_points(LATEST_POINTS));
+        copy
     }
 
     /// Returns the index of a bus; one that never began gets the usual settings.
@@ -426,7 +451,7 @@ fn is_write(function: FunctionCode) -> bool {
 
 /// Finds the number of a frame that came a moment ago.
 fn frame_number(frames: &Rows, id: u64) -> Option<u64> {
-    let latest = frames.pages.total().saturating_sub(4096)..frames.pages.total();
+    let latest = frames.pages.total().saturating_sub(LOOK_BACK)..frames.pages.total();
     latest.rev().find(|number| matches!(frames.pages.get(*number), Some(Row::Run(run)) if run.id == id))
 }
 

@@ -92,6 +92,12 @@ impl Rows {
         }
         number
     }
+
+    /// Forgets the rows before this one.
+    fn forget_before(&mut self, number: u64) {
+        self.pages.forget_before(number);
+        self.size = self.pages.iter().map(Row::size).sum();
+    }
 }
 
 /// Holds what the views show.

@@ -6,9 +6,9 @@ use std::sync::Arc;
 /// How many texts are kept; beyond, each is one of its own.
 const MOST: usize = 4096;
 
-/// Keeps texts.
+/// Keeps texts; copies share them until one learns a new one.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Names(HashSet<Arc<str>>);
+pub(super) struct Names(Arc<HashSet<Arc<str>>>);
 
 impl Names {
     /// Returns a text, the same for the same characters.
@@ -18,7 +18,7 @@ impl Names {
         }
         let new: Arc<str> = text.into();
         if self.0.len() < MOST {
-            self.0.insert(Arc::clone(&new));
+            Arc::make_mut(&mut self.0).insert(Arc::clone(&new));
         }
         new
     }

@@ -11,7 +11,7 @@ pub(super) const PAGE: usize = 256;
 #[derive(Clone, Debug)]
 pub struct Pages<T> {
     pages: VecDeque<Arc<Vec<T>>>,
-    /// Number of the first element that is kept; a multiple of `PAGE`.
+    /// Number of the first element that is kept; all pages but the last are full.
     first: u64,
     total: u64,
 }
@@ -94,6 +94,18 @@ impl<T: Clone> Pages<T> {
         self.total - 1
     }
 
+    /// Forgets all elements before this one, to the element.
+    pub fn forget_before(&mut self, number: u64) {
+        let number = number.clamp(self.first, self.total);
+        let kept: Vec<T> = self.range(number..self.total).cloned().collect();
+        let pages = kept.chunks(PAGE).map(|page| {
+            let mut whole = Vec::with_capacity(PAGE);
+            whole.extend_from_slice(page);
+            Arc::new(whole)
+        });
+        *self = Pages { pages: pages.collect(), first: number, total: self.total };
+    }
+
     /// Returns an element to be changed; copies its page where others have it.
     pub fn get_mut(&mut self, number: u64) -> Option<&mut T> {
         let at = usize::try_from(number.checked_sub(self.first)?).ok()?;
@@ -122,6 +134,18 @@ mod tests {
         assert_eq!(pages.get(0), None);
         assert_eq!(pages.range(0..u64::MAX).count() as u64, pages.total() - pages.first_kept());
         assert_eq!(pages.iter().next_back(), Some(&9_999));
+    }
+
+    #[test]
+    fn what_is_forgotten_to_the_element_leaves_the_rest_in_place() {
+        let mut pages = Pages::default();
+        (0..1000).for_each(|value| drop(pages.push(value)));
+        pages.forget_before(990);
+        assert_eq!((pages.kept(), pages.get(989), pages.get(990)), (990..1000, None, Some(&990)));
+        (1000..3000).for_each(|value| drop(pages.push(value)));
+        assert!((990..3000).all(|number| pages.get(number) == Some(&(number as i32))));
+        pages.forget_before(u64::MAX);
+        assert!(pages.is_empty() && pages.push(3000) == 3000);
     }
 
     #[test]
