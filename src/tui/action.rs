@@ -52,6 +52,15 @@ pub enum Action {
     CopyJson,
     Export,
     Record,
+    Play,
+    Faster,
+    Slower,
+    StepForward,
+    StepBack,
+    SeekForward,
+    SeekBack,
+    SeekBegin,
+    SeekEnd,
     TimeStyle,
     Mouse,
     Messages,
@@ -70,6 +79,8 @@ pub enum Context {
     Traffic,
     /// In the traffic, device and finding views: wherever there is a list.
     Lists,
+    /// Wherever a recording is shown.
+    Replay,
 }
 
 /// Says everything about an action.
@@ -101,7 +112,7 @@ const fn entry(
     Entry { action, name, keys, context, short, help }
 }
 
-use Context::{Everywhere, Lists, Traffic};
+use Context::{Everywhere, Lists, Replay, Traffic};
 
 /// Lists all actions in the order of the help.
 #[rustfmt::skip]
@@ -154,6 +165,15 @@ pub const ACTIONS: &[Entry] = &[
     entry(Action::CopyJson, "copy-json", &["J"], Traffic, "copy JSON", "copy the row as JSON"),
     entry(Action::Export, "export", &["w"], Everywhere, "export", "write what passes the filter to a recording"),
     entry(Action::Record, "record", &["r"], Everywhere, "record", "start or stop recording"),
+    entry(Action::Play, "play", &["P"], Replay, "play", "play the recording, or pause; as does the key that freezes"),
+    entry(Action::Faster, "faster", &[">"], Replay, "faster", "play faster, up to 1000 times"),
+    entry(Action::Slower, "slower", &["<"], Replay, "slower", "play slower, down to 0.1 times"),
+    entry(Action::StepForward, "step-forward", &["."], Replay, "step", "go on by a frame"),
+    entry(Action::StepBack, "step-back", &[","], Replay, "step back", "go back by a frame"),
+    entry(Action::SeekForward, "seek-forward", &["}"], Replay, "go on", "go on by a fiftieth of the recording"),
+    entry(Action::SeekBack, "seek-back", &["{"], Replay, "go back", "go back by a fiftieth of the recording"),
+    entry(Action::SeekBegin, "seek-begin", &["("], Replay, "begin", "go to the beginning of the recording"),
+    entry(Action::SeekEnd, "seek-end", &[")"], Replay, "end", "go to the end of the recording; follow it while it grows"),
     entry(Action::TimeStyle, "time-style", &["t"], Everywhere, "time", "show times as local, universal or relative"),
     entry(Action::Mouse, "mouse", &["M"], Everywhere, "mouse", "use the mouse, or leave it to the terminal"),
     entry(Action::Messages, "messages", &["L"], Everywhere, "messages", "show what was said so far"),

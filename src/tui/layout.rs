@@ -14,6 +14,10 @@ use ratatui::layout::Rect;
 use super::app::traffic::Pane;
 use super::app::{App, View};
 
+/// From how many lines on the timeline has more than one.
+const TIMELINE_FROM: u16 = 10;
+/// From how many lines on the timeline has a line for marks of its own.
+const MARKS_FROM: u16 = 20;
 /// From how many lines of the body on the detail pane is beside the list without being asked for.
 const DETAIL_FROM: u16 = 13;
 /// How few lines the detail pane gets.
@@ -46,6 +50,8 @@ pub struct Regions {
     pub bar: Option<Rect>,
     /// The bytes.
     pub hex: Option<Rect>,
+    /// The timeline of a recording.
+    pub timeline: Option<Rect>,
     /// The last line.
     pub footer: Rect,
 }
@@ -87,7 +93,15 @@ fn regions_of(app: &App, is_zoomed: bool) -> Regions {
         top += 1;
     }
     regions.footer = line(height.saturating_sub(1));
-    regions.body = Rect { x: 0, y: top, width, height: height.saturating_sub(top + 1) };
+    let timeline = match app.replay() {
+        None => 0,
+        Some(_) if height < TIMELINE_FROM => 1,
+        Some(_) if height < MARKS_FROM => 2,
+        Some(_) => 3,
+    };
+    let bottom = regions.footer.y.saturating_sub(timeline);
+    regions.timeline = (timeline > 0).then_some(Rect { x: 0, y: bottom, width, height: timeline });
+    regions.body = Rect { x: 0, y: top, width, height: bottom.saturating_sub(top) };
     if app.view == View::Traffic {
         traffic(app, is_zoomed, &mut regions);
     }
@@ -96,7 +110,7 @@ fn regions_of(app: &App, is_zoomed: bool) -> Regions {
     for part in [&mut regions.header, &mut regions.body, &mut regions.footer] {
         *part = part.intersection(screen);
     }
-    for part in [&mut regions.line, &mut regions.hint].into_iter().flatten() {
+    for part in [&mut regions.line, &mut regions.hint, &mut regions.timeline].into_iter().flatten() {
         *part = part.intersection(screen);
     }
     regions

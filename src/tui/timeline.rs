@@ -154,7 +154,9 @@ impl Series {
             let at = i128::from(end_ns.max(1)) * column as i128 / count as i128;
             i64::try_from(at).unwrap_or(i64::MAX)
         };
-        (0..count).map(|column| self.sum(edge(column), edge(column + 1))).collect()
+        // What is at the very end is in the last column.
+        let until = |column: usize| if column + 1 == count { i64::MAX } else { edge(column + 1) };
+        (0..count).map(|column| self.sum(edge(column), until(column))).collect()
     }
 }
 
@@ -211,7 +213,9 @@ mod tests {
             let sum: u64 = series.columns(365 * day, columns).iter().map(|bucket| bucket.errors).sum();
             assert_eq!(sum, 365, "{columns} columns");
         }
-        assert_eq!(series.index(i64::MAX), usize::try_from(i64::MAX / series.width_ns()).unwrap_or(0));
+        series.add(365 * day, &ERROR);
+        let last = series.columns(365 * day, 10).pop().map(|column| column.errors);
+        assert_eq!(last, Some(37), "what is at the very end is in the last column");
     }
 
     #[test]

@@ -7,6 +7,7 @@ mod mouse;
 pub mod order;
 pub mod prompt;
 mod records;
+pub mod replay;
 mod search;
 pub mod traffic;
 
@@ -22,6 +23,7 @@ use crate::report::{Clock, TimeStyle};
 use crate::time::{SECOND, Timestamp};
 pub use devices::{DeviceSort, DevicesState, PageItem};
 use prompt::{Ask, Prompt, Typed};
+use replay::{Deck, Order, Replay};
 use traffic::{Pane, Traffic};
 
 /// How long a message stays in the footer, in nanoseconds.
@@ -81,6 +83,8 @@ pub enum Message {
     Said(Tone, String),
     /// The recording under way, if there is one.
     Recording(Option<Recording>),
+    /// How the replay goes.
+    Replay(Replay),
 }
 
 /// Is what is to be done outside.
@@ -107,6 +111,8 @@ pub enum Effect {
     },
     /// Take the mouse, or leave it to the terminal.
     Mouse(bool),
+    /// Go about in the recording that is shown.
+    Replay(Order),
 }
 
 /// Says how the recording goes.
@@ -214,6 +220,8 @@ pub struct App {
     pub time: TimeStyle,
     /// Whether the mouse is used.
     pub has_mouse: bool,
+    /// What a replay has beside a live session.
+    deck: Deck,
     /// What is dragged.
     dragged: Option<mouse::Drag>,
     /// What is shown as the source.
@@ -251,6 +259,7 @@ impl App {
             recording: None,
             time: options.time,
             has_mouse: options.mouse,
+            deck: Deck::default(),
             dragged: None,
             source: options.source,
             is_live: options.is_live,
@@ -319,6 +328,7 @@ impl App {
 
     /// Takes in a message; returns what is to be done outside.
     pub fn update(&mut self, message: Message) -> Option<Effect> {
+        let is_tick = matches!(message, Message::Tick(_));
         let effect = match message {
             Message::Act(action) => self.act(action),
             Message::Key(key) => self.key(key),
@@ -353,9 +363,13 @@ impl App {
                 self.recording = recording;
                 None
             }
+            Message::Replay(replay) => {
+                self.set_replay(replay);
+                None
+            }
         };
         self.settle();
-        effect
+        effect.or_else(|| if is_tick { None } else { self.look() })
     }
 
     /// Keeps what is selected within what there is.
@@ -381,6 +395,7 @@ impl App {
     fn replace(&mut self, store: Store) {
         self.store = store;
         self.newer = None;
+        self.traffic.is_following = true;
         self.traffic.reset(&self.store, self.filter.as_ref());
         self.break_from = self.store.list(List::Exchanges).total();
     }
@@ -439,6 +454,7 @@ impl App {
         match context {
             Context::Everywhere => true,
             Context::Traffic => self.view == View::Traffic,
+            Context::Replay => self.replay().is_some(),
             Context::Lists => self.view != View::Health,
         }
     }
@@ -452,6 +468,9 @@ impl App {
             && self.act_in_dialog(dialog, action)
         {
             return None;
+        }
+        if let Some(order) = self.replay_order(action) {
+            return Some(Effect::Replay(order));
         }
         match action {
             Action::Quit => return Some(Effect::Quit),

@@ -25,10 +25,19 @@ impl App {
             return None;
         }
         let at = Position { x: event.column, y: event.row };
+        if let MouseEventKind::Down(MouseButton::Left) | MouseEventKind::Drag(MouseButton::Left) = event.kind {
+            let is_press = matches!(event.kind, MouseEventKind::Down(_));
+            if let Some(effect) = self.seek_by_mouse(at, is_press) {
+                return Some(effect);
+            }
+        }
         match event.kind {
             MouseEventKind::Down(MouseButton::Left) => self.press(at),
             MouseEventKind::Drag(MouseButton::Left) => self.drag(at),
-            MouseEventKind::Up(_) => self.dragged = None,
+            MouseEventKind::Up(_) => {
+                self.dragged = None;
+                self.release_playhead();
+            }
             MouseEventKind::ScrollUp => self.wheel(at, -WHEEL),
             MouseEventKind::ScrollDown => self.wheel(at, WHEEL),
             _ => {}

@@ -70,7 +70,10 @@ impl App {
                 let time = time.or(self.newest().now()).or(self.now);
                 return Some(Effect::Note(time, text));
             }
-            Ask::Time => self.go_to_time(&text),
+            Ask::Time => match self.order_of_time(&text) {
+                Some(order) => return Some(Effect::Replay(order)),
+                None => self.go_to_time(&text),
+            },
             Ask::Export if text.is_empty() => {}
             Ask::Export => {
                 let filter = self.filter.as_ref().map(Filter::to_string);

@@ -19,6 +19,7 @@ mod header;
 mod health;
 mod hex;
 mod line;
+mod timeline;
 mod traffic;
 
 use ratatui::buffer::Buffer;
@@ -50,6 +51,7 @@ pub fn draw(app: &App, buffer: &mut Buffer) -> Option<Position> {
         View::Health => health::draw(app, regions.body, buffer),
         View::Findings => findings::draw(app, regions.body, buffer),
     }
+    timeline::draw(app, &regions, buffer);
     footer::draw(app, &regions, buffer);
     if let Some(dialog) = app.dialog {
         dialog::draw(app, dialog, regions.body, buffer);
