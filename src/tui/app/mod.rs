@@ -148,6 +148,8 @@ pub struct Options {
     pub source: String,
     /// Whether the traffic happens now.
     pub is_live: bool,
+    /// Whether it is worth a warning that nothing is recorded.
+    pub must_record: bool,
     /// Words for filters that depend on the profiles.
     pub vocabulary: Vocabulary,
 }
@@ -162,6 +164,7 @@ impl Default for Options {
             filter: None,
             source: String::new(),
             is_live: true,
+            must_record: true,
             vocabulary: Vocabulary::default(),
         }
     }
@@ -220,6 +223,8 @@ pub struct App {
     pub source: String,
     /// Whether the traffic happens now.
     pub is_live: bool,
+    /// Whether it is worth a warning that nothing is recorded.
+    pub must_record: bool,
     vocabulary: Vocabulary,
 }
 
@@ -254,6 +259,7 @@ impl App {
             dragged: None,
             source: options.source,
             is_live: options.is_live,
+            must_record: options.must_record,
             vocabulary: options.vocabulary,
         }
     }
