@@ -214,7 +214,7 @@ pub struct Info {
 }
 
 /// Holds where bytes come from and how to read them.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub struct Bus {
     /// Recordings, one after the other; '-' is standard input
     #[arg(required = true, value_name = "INPUT")]
@@ -238,7 +238,7 @@ pub struct Bus {
 }
 
 /// Holds what is known of devices and water.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub struct Equipment {
     /// Say what device is at an address, such as 3=yosemitech-do; may be repeated
     #[arg(long = "device", value_name = "ADDRESS=PROFILE", value_parser = assignment)]
@@ -296,9 +296,13 @@ pub struct Simulate {
 /// Holds what `demo` is asked for.
 #[derive(Debug, Args)]
 pub struct Demo {
-    /// How long, in seconds, 1 to 86400
-    #[arg(long, value_name = "SECONDS", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..=86_400))]
-    pub duration: u32,
+    /// How long, in seconds, 1 to 86400; without it 10 when lines are printed, else until it is quit
+    #[arg(long, value_name = "SECONDS", value_parser = clap::value_parser!(u32).range(1..=86_400))]
+    pub duration: Option<u32>,
+
+    /// Print lines, not the terminal UI
+    #[arg(long, value_enum)]
+    pub format: Option<RowFormat>,
 
     /// Chooses among all possible courses of events
     #[arg(long, default_value_t = 20, value_parser = seed, allow_negative_numbers = true)]

@@ -12,7 +12,10 @@ use etcetera::BaseStrategy;
 
 use crate::cli::{self, Assignment, Command, Nanoseconds, RowFormat, ShowKind, TimeKind};
 use crate::line::LineSettings;
-use crate::section::{self, Located, Problem, Section};
+use crate::section::{self, Located, Problem, Section, nearest};
+use crate::tui::action::{ACTIONS, Action};
+use crate::tui::keymap::{Key, Keymap};
+use crate::tui::theme::ThemeKind;
 
 /// Holds what a configuration file says; what it does not say is `None` or empty.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -35,6 +38,25 @@ pub struct Config {
     pub format: Option<RowFormat>,
     /// How to show times.
     pub time: Option<TimeKind>,
+    /// How the terminal UI looks and is used.
+    pub screen: Screen,
+}
+
+/// Says how the terminal UI looks and is used.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Screen {
+    /// How things look, unless NO_COLOR says otherwise.
+    pub theme: ThemeKind,
+    /// Whether the mouse is used.
+    pub mouse: bool,
+    /// Which key does what.
+    pub keymap: Keymap,
+}
+
+impl Default for Screen {
+    fn default() -> Self {
+        Screen { theme: ThemeKind::default(), mouse: true, keymap: Keymap::default() }
+    }
 }
 
 /// Says why a configuration file could not be used.
@@ -191,9 +213,51 @@ fn read(section: &Section<'_>) -> Option<Config> {
             .map(|words| words.into_iter().filter_map(|word| choice(section, "show", word)).collect()),
         format: section.string("format").and_then(|word| choice(section, "format", word)),
         time: section.string("time").and_then(|word| choice(section, "time", word)),
+        screen: screen(section),
     };
     section.finish();
     Some(config)
+}
+
+/// Reads how the terminal UI looks and is used.
+fn screen(section: &Section<'_>) -> Screen {
+    let themes =
+        [("dark", ThemeKind::Dark), ("light", ThemeKind::Light), ("plain", ThemeKind::Plain)];
+    let mut keymap = Keymap::default();
+    if let Some(keys) = section.section("keys") {
+        bind(&keys, &mut keymap);
+    }
+    let default = Screen::default();
+    Screen {
+        theme: section.choice("theme", &themes).unwrap_or(default.theme),
+        mouse: section.boolean("mouse").unwrap_or(default.mouse),
+        keymap,
+    }
+}
+
+/// Reads which keys do what: the name of an action, and its keys with spaces between.
+fn bind(section: &Section<'_>, keymap: &mut Keymap) {
+    for (name, text) in section.texts() {
+        let Some(action) = Action::named(name.value) else {
+            let near = nearest(name.value, ACTIONS.iter().map(|entry| entry.name));
+            let hint = near.map_or_else(
+                || "config.sample.toml has them all".to_owned(),
+                |near| format!("did you mean '{near}'?"),
+            );
+            section.problem_with_hint(name.at, format_args!("nothing is called '{}'", name.value), hint);
+            continue;
+        };
+        let keys: Result<Vec<Key>, _> = text.split_whitespace().map(str::parse).collect();
+        if let Some(keys) = checked(section, name.at, keys) {
+            keymap.bind(action, keys);
+        }
+    }
+    if let Some((key, one, other)) = keymap.conflict() {
+        let name = |action: Action| action.entry().map_or("", |entry| entry.name);
+        let hint = "give one of them another key, or none";
+        let text = format!("'{key}' is to do both '{}' and '{}'", name(one), name(other));
+        section.problem_with_hint(section.at, text, hint);
+    }
 }
 
 /// Notes what is wrong with a value.
@@ -254,6 +318,16 @@ mod tests {
     }
 
     #[test]
+    fn the_keys_of_the_sample_are_those_built_in_and_all_of_them() {
+        let config = Config::from_toml(SAMPLE).expect("good");
+        assert_eq!(config.screen, Screen::default());
+        for entry in ACTIONS {
+            let line = format!("\n{} = \"{}\"", entry.name, entry.keys.join(" ").replace('"', "\\\""));
+            assert!(SAMPLE.contains(&line), "{line}");
+        }
+    }
+
+    #[test]
     fn what_is_wrong_is_named_with_line_column_and_mend() {
         for (text, expected) in [
             ("adapter_hold = 16", "1:1: unknown key 'adapter_hold'; did you mean 'adapter-hold'?"),
@@ -268,6 +342,10 @@ mod tests {
             ("[devices]\n300 = 'yosemitech-do'", "2:1: '300' is not a unit address from 1 to 247"),
             ("[devices]\n3 = 5", "2:5: '3' is of type integer, not a text"),
             ("line = ", "1:8: "),
+            ("theme = 'dusk'", "1:9: 'dusk' is no theme; did you mean"),
+            ("[keys]\nfrieze = 'x'", "2:1: nothing is called 'frieze'; did you mean 'freeze'?"),
+            ("[keys]\nfreeze = 'hyper-x'", "2:1: 'hyper-x' is no key"),
+            ("[keys]\nfreeze = 'q'", "1:1: 'q' is to do both 'freeze' and 'quit'"),
         ] {
             let problems = Config::from_toml(text).expect_err(text);
             let said = problems[0].to_string();

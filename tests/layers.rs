@@ -29,7 +29,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ),
     ("tui", &["time", "line", "decode", "device", "analyze", "pipeline", "report"]),
     ("cli", &["time", "line", "capture", "report", "simulate", "source"]),
-    ("config", &["time", "line", "cli", "section"]),
+    ("config", &["time", "line", "cli", "section", "tui"]),
     ("command", EVERYTHING),
     ("main", EVERYTHING),
     ("lib", &[]),

@@ -30,7 +30,7 @@ Examples:
   tshark -r bus.pcapng -d rtacser.data,mbrtu";
 
 /// Holds what `export` is asked for.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub struct Export {
     /// Where the bytes come from, and how to read them.
     #[command(flatten)]

@@ -86,6 +86,10 @@ pub struct Listen {
     /// Record nothing
     #[arg(long)]
     pub no_record: bool,
+
+    /// Whether --format was given, not only configured: then there is no terminal UI.
+    #[arg(skip)]
+    pub wants_lines: bool,
 }
 
 /// Holds what `record` is asked for.

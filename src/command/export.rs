@@ -2,7 +2,7 @@
 
 mod writer;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::UNIX_EPOCH;
 
@@ -71,6 +71,27 @@ fn write_mcap(args: &cli::Export, profiles: &Arc<Profiles>) -> Result<(), Failur
         scribe.abandon();
     }
     result
+}
+
+/// Returns what to ask for, where a screen asks.
+pub(super) fn of(
+    inputs: Vec<PathBuf>,
+    filter: Option<String>,
+    output: PathBuf,
+    equipment: cli::Equipment,
+) -> cli::Export {
+    cli::Export {
+        bus: cli::Bus { inputs, line: None, input_format: None, adapter_hold: None, equipment },
+        output,
+        format: None,
+        show: Vec::new(),
+        wide: false,
+        filter,
+        redact: false,
+        raw_only: false,
+        link_type: cli::LinkKind::RtacSerial,
+        time: None,
+    }
 }
 
 /// Names the session of an export: the same for the same file, as far as its name, size and time tell.

@@ -4,6 +4,7 @@ use std::fmt::Display;
 use std::io;
 use std::path::Path;
 
+use super::message;
 use crate::capture::InputError;
 use crate::capture::mcap::RecordError;
 use crate::config::ConfigError;
@@ -25,6 +26,14 @@ pub(super) enum Failure {
 impl Failure {
     pub(super) fn new(message: impl Display) -> Self {
         Failure::Problem { message: message.to_string(), hint: None }
+    }
+
+    /// Says it.
+    pub(super) fn say(&self) {
+        if let Failure::Problem { message, hint } = self {
+            message.lines().for_each(message::error);
+            hint.iter().for_each(message::hint);
+        }
     }
 
     pub(super) fn hinted(message: impl Display, hint: impl Display) -> Self {

@@ -23,6 +23,7 @@ mod recover;
 mod scribe;
 mod session;
 mod simulate;
+mod ui;
 
 use std::process::ExitCode;
 
@@ -38,11 +39,8 @@ pub fn run(mut cli: Cli) -> ExitCode {
             tracing::info!("ends, done");
             ExitCode::SUCCESS
         }
-        Err(Failure::Problem { message, hint }) => {
-            message.lines().for_each(message::error);
-            if let Some(hint) = hint {
-                message::hint(&hint);
-            }
+        Err(failure) => {
+            failure.say();
             tracing::info!("ends, not done");
             ExitCode::from(2)
         }
@@ -63,16 +61,21 @@ fn run_command(cli: &mut Cli) -> Result<(), Failure> {
         Command::Record(args) => bus::check_devices(&args.live.equipment)?,
         _ => {}
     }
-    Config::load(cli.config.as_deref())?.complete(&mut cli.command);
+    if let Command::Listen(args) = &mut cli.command {
+        args.wants_lines = args.printing.format.is_some();
+    }
+    let mut config = Config::load(cli.config.as_deref())?;
+    let screen = std::mem::take(&mut config.screen);
+    config.complete(&mut cli.command);
     match &cli.command {
-        Command::Listen(args) => listen::run(args, cli.verbose),
+        Command::Listen(args) => listen::run(args, cli.verbose, screen),
         Command::Record(args) => record::run(args),
         Command::Decode(args) => decode::run(args, cli.verbose),
         Command::Info(args) => info::run(args),
         Command::Export(args) => export::run(args),
         Command::Recover(args) => recover::run(args),
         Command::Simulate(args) => simulate::run(args),
-        Command::Demo(args) => demo::run(args, cli.verbose),
+        Command::Demo(args) => demo::run(args, cli.verbose, screen),
         Command::Ports(args) => ports::run(args),
         Command::Profiles(args) => profiles::run(args),
         Command::Completions(_) | Command::Man => Ok(()),

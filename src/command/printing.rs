@@ -96,6 +96,12 @@ impl Printing {
 
 /// Reads a filter; `option` is what it was given with.
 pub(super) fn judge(option: &str, text: &str, profiles: &Profiles) -> Result<report::Judge, Failure> {
+    let filter = filter_of(option, text, profiles)?;
+    Ok(Box::new(move |bus, event| report::passes(&filter, bus, event)))
+}
+
+/// Reads a filter as [`judge`] does.
+pub(super) fn filter_of(option: &str, text: &str, profiles: &Profiles) -> Result<Filter, Failure> {
     let filter = Filter::parse(text).map_err(|error| {
         let hint = error.hint().unwrap_or("a filter reads like 'addr == 1 && temperature > 20'");
         let said = error.to_string();
@@ -114,5 +120,5 @@ pub(super) fn judge(option: &str, text: &str, profiles: &Profiles) -> Result<rep
         let near = near.map_or_else(String::new, |near| format!("; did you mean '{near}'?"));
         message::warning(format_args!("{option}: no profile has a field '{name}'{near}"));
     }
-    Ok(Box::new(move |bus, event| report::passes(&filter, bus, event)))
+    Ok(filter)
 }

@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::output;
+use super::{message, output};
 use crate::capture::Input;
 
 /// How long an input may take before a bar appears.
@@ -22,7 +22,8 @@ impl Progress {
     pub(super) fn new(rows_are_printed: bool) -> Self {
         #[expect(clippy::disallowed_methods, reason = "a bar appears after a second")]
         let begun = Instant::now();
-        Progress { begun, bar: None, is_wanted: !(rows_are_printed && output::stdout_is_terminal()) }
+        let is_wanted = !(rows_are_printed && output::stdout_is_terminal()) && !message::has_screen();
+        Progress { begun, bar: None, is_wanted }
     }
 
     /// Takes note of how much has been read; indicatif draws on a terminal only.

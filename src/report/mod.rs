@@ -30,7 +30,7 @@ use crate::line::LineSettings;
 use crate::pipeline::Event;
 
 /// Turns events into rows of one output format.
-pub trait Format {
+pub trait Format: Send {
     /// Appends one row for `event`, with its line end.
     fn row(&mut self, bus: &str, event: &Event<'_>, out: &mut Vec<u8>);
 

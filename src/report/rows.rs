@@ -33,7 +33,7 @@ impl Show {
 }
 
 /// Decides whether an event passes the filter.
-pub type Judge = Box<dyn Fn(&str, &Event<'_>) -> bool>;
+pub type Judge = Box<dyn Fn(&str, &Event<'_>) -> bool + Send>;
 
 /// Tells which transactions and readings pass the filter, one after the other.
 pub struct Passing {

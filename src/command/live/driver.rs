@@ -3,13 +3,15 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError};
+use std::thread::JoinHandle;
 use std::time::Duration;
 
 use super::super::failure::Failure;
+use super::desk::Desk;
 use super::engine::Engine;
 use super::queue::Inbox;
 use super::status::Status;
-use super::writer::Told;
+use super::writer::{Outcome, Told};
 use crate::source::Clock;
 use crate::time::SECOND;
 
@@ -31,6 +33,7 @@ pub(super) struct Driver {
     ends_when_full: bool,
     /// Whether the recording has ended.
     is_closed: bool,
+    desk: Option<Desk>,
 }
 
 impl Driver {
@@ -40,9 +43,15 @@ impl Driver {
         told: Option<Receiver<Told>>,
         status: Status,
         ends_when_full: bool,
+        desk: Option<Desk>,
     ) -> Self {
         let begun_ns = clock.monotonic_ns();
-        Driver { clock, begun_ns, shown_ns: 0, told, status, ends_when_full, is_closed: false }
+        Driver { clock, begun_ns, shown_ns: 0, told, status, ends_when_full, is_closed: false, desk }
+    }
+
+    /// Returns the writers of recordings that were begun from the screen.
+    pub(super) fn take_writers(&mut self) -> Vec<JoinHandle<Outcome>> {
+        self.desk.as_mut().map(|desk| std::mem::take(&mut desk.writers)).unwrap_or_default()
     }
 
     /// Goes on until all captures have ended.
@@ -56,6 +65,9 @@ impl Driver {
         let mut stopped_ns = None;
         loop {
             let has_ended = take_all(engine, inbox)?;
+            if let Some(desk) = &mut self.desk {
+                desk.serve(engine, &mut self.told);
+            }
             engine.pause()?;
             self.show(engine);
             let now = self.clock.monotonic_ns();

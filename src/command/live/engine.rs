@@ -9,11 +9,13 @@ use super::capture::{Captured, Order, Read};
 use super::link::Link;
 use super::notice::Notice;
 use super::stage::Stage;
+use super::tape::Tape;
 use super::watch::Watch;
 use crate::capture::Item;
 use crate::capture::mcap::{Anchor, BusSettings};
 use crate::decode::chunk::{Chunk, Lost, LostKind, ReadTime};
 use crate::line::LineSettings;
+use crate::report;
 use crate::source::{Clock, SourceError};
 use crate::time::{SECOND, Timestamp};
 
@@ -106,11 +108,11 @@ impl<'a> Engine<'a> {
                 let name = &self.sources[source].name;
                 let text = format!("'{name}' is gone; it is tried again until it is back");
                 self.notices.push(Notice::Warning(text));
-                self.stage.links[source].set_away(true);
+                self.set_away(source, Some(monotonic_ns));
                 self.lose(source, monotonic_ns, LostKind::SourceGone, 0)
             }
             Captured::Back { adapter_hold_ns, facts } => {
-                self.stage.links[source].set_away(false);
+                self.set_away(source, None);
                 let tapped = &mut self.sources[source];
                 self.notices.push(Notice::Note(format!("'{}' is back", tapped.name)));
                 // What the user says of the adapter holds whatever the adapter says.
@@ -134,6 +136,30 @@ impl<'a> Engine<'a> {
                 Ok(())
             }
         }
+    }
+
+    fn set_away(&mut self, source: usize, since_ns: Option<u64>) {
+        let since = since_ns.map(|ns| self.time(ns));
+        self.stage.links[source].set_away(since.is_some());
+        if let Some(monitor) = &mut self.stage.monitor {
+            monitor.set_away(&self.sources[source].settings.name, since);
+        }
+    }
+
+    /// Records from now on.
+    pub(super) fn record(&mut self, mut tape: Tape) {
+        self.sources.iter().for_each(|tapped| tape.begin(tapped.settings.clone()));
+        self.stage.tape = Some(tape);
+    }
+
+    /// Takes what somebody noted; tells whether it is recorded.
+    pub(super) fn note(&mut self, time: Option<Timestamp>, text: &str) -> bool {
+        if let Some(monitor) = &mut self.stage.monitor {
+            monitor.note(time, text);
+        }
+        let Some(tape) = &mut self.stage.tape else { return false };
+        tape.message(report::mcap::note(time, text));
+        true
     }
 
     fn take_line(
@@ -217,7 +243,11 @@ impl<'a> Engine<'a> {
             }
         }
         let settled = self.session.settled_frame_id();
-        self.stage.pause(settled, true)
+        let result = self.stage.pause(settled, true);
+        if let Some(monitor) = &mut self.stage.monitor {
+            monitor.pass(now);
+        }
+        result
     }
 
     /// Looks whether what comes makes sense, and does what is to be done about it.

@@ -13,11 +13,13 @@
 #[cfg(test)]
 mod bits;
 mod capture;
+mod desk;
 mod disk;
 mod driver;
 mod engine;
 mod entry;
 mod link;
+mod monitor;
 mod notice;
 mod queue;
 mod ring;
@@ -51,10 +53,14 @@ use crate::capture::mcap::{Anchor, Options};
 use crate::report::Judge;
 use crate::report::info::Info;
 use crate::source::Clock;
+use crate::time::Timestamp;
 use capture::{Capture, Order};
+use desk::Desk;
+pub(super) use desk::{Request, Screen};
 use disk::{Floor, SystemDisk};
 use driver::Driver;
 use engine::{Engine, Tapped};
+use monitor::Monitor;
 use notice::Notice;
 use queue::{Inbox, queue};
 use ring::Ring;
@@ -82,6 +88,8 @@ pub(super) struct Job<'a> {
     pub(super) recording: Option<Recording>,
     /// Takes all events, for a summary.
     pub(super) info: Option<Info>,
+    /// Shows all of it, and asks for things.
+    pub(super) screen: Option<Screen>,
     pub(super) status: Status,
     /// Ends the session when it is set.
     pub(super) stop: Arc<AtomicBool>,
@@ -146,7 +154,8 @@ pub(super) fn run(job: Job<'_>) -> Result<Report, Failure> {
         stage.trigger = Some(trigger);
         Ring::new(span_ns, RING)
     });
-    let taping = recording.map(|recording| tape(recording, job.anchor, is_patient, ring)).transpose()?;
+    let begun = job.anchor.realtime;
+    let taping = recording.map(|recording| tape(recording, job.anchor, begun, is_patient, ring)).transpose()?;
     let (tape, told, writer) = match taping {
         Some(Taping { tape, told, writer }) => (Some(tape), Some(told), Some(writer)),
         None => (None, None, None),
@@ -158,14 +167,18 @@ pub(super) fn run(job: Job<'_>) -> Result<Report, Failure> {
         printer = Some(start("rows", move || rows::write(output, &receiver))?);
         stage.rows = Some(RowStream::new(printing, sender, stage.tape.is_some()));
     }
+    let desk = job.screen.map(|screen| {
+        stage.monitor = Some(Monitor::new(screen.labels.clone(), screen.teller.clone()));
+        Desk::new(screen, job.anchor, is_patient)
+    });
     let (tapped, inbox) = capture(job.sources, &job.clock)?;
     let mut engine = Engine::new(job.setup, stage, tapped, job.anchor, Arc::clone(&job.clock))?;
-    let mut driver = Driver::new(job.clock, told, job.status, is_all);
+    let mut driver = Driver::new(job.clock, told, job.status, is_all, desk);
     let result = driver.drive(&mut engine, &inbox, &job.stop, job.duration_ns);
     let failed = engine.failed().map(|name| Failure::new(format!("receiving from '{name}' failed")));
     let (mut stage, finished) = engine.finish();
     // The recording is made safe before anything that may wait for a reader.
-    let recorded = finish_recording(&mut stage, writer)?;
+    let recorded = finish_recording(&mut stage, writer.into_iter().chain(driver.take_writers()))?;
     driver.hear();
     driver.status.finish();
     let (printing, written) = finish_rows(&mut stage, printer);
@@ -191,18 +204,19 @@ fn capture(sources: Vec<Opened>, clock: &Arc<dyn Clock>) -> Result<(Vec<Tapped>,
 fn tape(
     recording: Recording,
     anchor: Anchor,
+    begun: Timestamp,
     is_patient: bool,
     ring: Option<Ring>,
 ) -> Result<Taping, Failure> {
     let Recording { path, mut options, min_free, drop_oldest, raw_only, .. } = recording;
-    let target = Target::new(&path, anchor.realtime)?;
+    let target = Target::new(&path, begun)?;
     for path in target.left_over() {
         let whole = path.with_extension("");
         Notice::Warning(format!("'{}' was never finished", path.display())).say();
         let text = format!("'rtutap recover {} -o {}' makes it whole", path.display(), whole.display());
         Notice::Hint(text).say();
     }
-    let time = chrono::DateTime::from_timestamp_nanos(anchor.realtime.as_ns());
+    let time = chrono::DateTime::from_timestamp_nanos(begun.as_ns());
     options.session_id = format!("{}-{}", time.format("%Y%m%dT%H%M%S%.9fZ"), std::process::id());
     options.anchor = Some(anchor);
     options.is_durable = true;
@@ -217,13 +231,15 @@ fn tape(
 
 fn finish_recording(
     stage: &mut Stage,
-    writer: Option<JoinHandle<Outcome>>,
+    writers: impl Iterator<Item = JoinHandle<Outcome>>,
 ) -> Result<Option<Outcome>, Failure> {
     if let Some(tape) = stage.tape.take() {
         tape.finish();
     }
     let crashed = |_| Failure::new("the recording was not finished: its thread crashed");
-    writer.map(|writer| writer.join().map_err(crashed)).transpose()
+    let mut outcomes = writers.map(|writer| writer.join().map_err(crashed));
+    let first = outcomes.next().transpose()?;
+    first.map(|first| outcomes.try_fold(first, |all, next| Ok(all.and(next?)))).transpose()
 }
 
 fn finish_rows(

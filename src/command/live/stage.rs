@@ -4,6 +4,7 @@ use super::super::failure::Failure;
 use super::super::scribe::Decoded;
 use super::super::session::{Origin, Sink};
 use super::link::Link;
+use super::monitor::Monitor;
 use super::rows::RowStream;
 use super::tally::Tally;
 use super::tape::Tape;
@@ -20,6 +21,7 @@ pub(in crate::command) struct Stage {
     pub(in crate::command) rows: Option<RowStream>,
     pub(in crate::command) tape: Option<Tape>,
     pub(in crate::command) info: Option<Info>,
+    pub(in crate::command) monitor: Option<Monitor>,
     /// What is worth the minutes around it.
     pub(in crate::command) trigger: Option<Judge>,
     pub(super) decoded: Decoded,
@@ -35,6 +37,9 @@ impl Sink for Stage {
         self.decoded.begin(&origin.settings.name);
         if let Some(info) = &mut self.info {
             info.begin(&origin.settings.name, origin.settings.line);
+        }
+        if let Some(monitor) = &mut self.monitor {
+            monitor.begin(origin);
         }
         if let Some(tape) = &mut self.tape {
             tape.begin(origin.settings.clone());
@@ -63,6 +68,9 @@ impl Sink for Stage {
         if let Some(rows) = &mut self.rows {
             rows.event(bus, event);
         }
+        if let Some(monitor) = &mut self.monitor {
+            monitor.event(bus, event);
+        }
         let Some(tape) = &mut self.tape else { return };
         if tape.wants_messages()
             && let Some(message) = self.decoded.event(bus, event)
@@ -75,6 +83,9 @@ impl Sink for Stage {
     }
 
     fn pause(&mut self, settled_frame: u64, waits: bool) -> Result<(), Failure> {
+        if let Some(monitor) = &mut self.monitor {
+            monitor.settle(settled_frame);
+        }
         match &mut self.rows {
             Some(rows) => {
                 rows.settle(settled_frame);

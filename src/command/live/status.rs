@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use indicatif::{HumanBytes, ProgressBar, ProgressStyle};
 
+use super::super::ui::{Teller, Word};
 use super::notice::Notice;
 use super::tally::Tally;
 use crate::time::SECOND;
@@ -13,6 +14,8 @@ pub(in crate::command) struct Status {
     bar: Option<ProgressBar>,
     file: Option<PathBuf>,
     decodes: bool,
+    /// Who wants to know of files.
+    teller: Option<Teller>,
 }
 
 impl Status {
@@ -25,11 +28,19 @@ impl Status {
                 Err(_) => bar,
             }
         });
-        Status { bar, file: None, decodes }
+        Status { bar, file: None, decodes, teller: None }
+    }
+
+    /// Shows nothing, but tells a screen of files.
+    pub(in crate::command) fn told(teller: Teller) -> Self {
+        Status { teller: Some(teller), ..Status::new(false, true) }
     }
 
     /// Takes note of the file that is being written.
     pub(super) fn file(&mut self, file: PathBuf) {
+        if let Some(teller) = &self.teller {
+            teller.tell(Word::Recording(Some(file.clone())));
+        }
         self.file = Some(file);
     }
 

@@ -147,6 +147,12 @@ impl Messages {
     }
 }
 
+/// Returns the message of what somebody noted, at a time of the traffic: a line of the log on `/notes`.
+pub fn note(time: Option<Timestamp>, text: &str) -> Message {
+    let level = Level::Info;
+    Message { topic: "/notes".to_owned(), ..Messages::new("").finding(level, "note", text, time) }
+}
+
 fn outcome(outcome: Outcome) -> schema::Outcome {
     match outcome {
         Outcome::Answered => schema::Outcome::Answered,

@@ -154,6 +154,8 @@ pub struct Options {
     pub source: String,
     /// Whether the traffic happens now.
     pub is_live: bool,
+    /// Whether it is worth a warning that nothing is recorded.
+    pub must_record: bool,
     /// Words for filters that depend on the profiles.
     pub vocabulary: Vocabulary,
 }
@@ -168,6 +170,7 @@ impl Default for Options {
             filter: None,
             source: String::new(),
             is_live: true,
+            must_record: true,
             vocabulary: Vocabulary::default(),
         }
     }
@@ -228,6 +231,8 @@ pub struct App {
     pub source: String,
     /// Whether the traffic happens now.
     pub is_live: bool,
+    /// Whether it is worth a warning that nothing is recorded.
+    pub must_record: bool,
     vocabulary: Vocabulary,
 }
 
@@ -263,6 +268,7 @@ impl App {
             dragged: None,
             source: options.source,
             is_live: options.is_live,
+            must_record: options.must_record,
             vocabulary: options.vocabulary,
         }
     }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use chrono::NaiveDateTime;
 
 use super::device::{Change, Device, Point, Quantity, Register, SensorClock};
+use super::finding::Finding;
 use super::health::Health;
 use super::names::Names;
 use super::row::{Exchange, Field, Remark, RemarkKind, Row, Run, RunKind, Value};
@@ -107,6 +108,12 @@ impl Feed {
     pub fn note(&mut self, time: Option<Timestamp>, text: &str) {
         self.store.revision += 1;
         self.remark(Remark { bus: 0, time, address: None, kind: RemarkKind::Note, text: text.into() });
+    }
+
+    /// Takes a finding.
+    pub fn finding(&mut self, finding: Finding) {
+        self.store.revision += 1;
+        self.store.findings.take(finding);
     }
 
     /// Takes an event of a bus.

@@ -75,7 +75,7 @@ fn state(app: &App) -> Vec<(String, Style)> {
             let (hours, minutes, seconds) = (elapsed / 3600, elapsed / 60 % 60, elapsed % 60);
             state.push((format!("● REC {hours}:{minutes:02}:{seconds:02}"), theme.accent));
         }
-        None if app.is_live => state.push(("not recorded".to_owned(), theme.warn)),
+        None if app.is_live && app.must_record => state.push(("not recorded".to_owned(), theme.warn)),
         None => {}
     }
     if let Some(load) = super::health::load(app) {

@@ -1,0 +1,129 @@
+//! A live session with its screen: the engine on a thread of its own, the UI on this one.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Sender, channel};
+use std::thread::{Builder, scope};
+
+use super::super::failure::Failure;
+use super::super::live::{self, Job, Opened, Recording, Report, Request, Status};
+use super::super::session::Setup;
+use super::super::{export, message};
+use super::{Teller, Word};
+use crate::capture::mcap::Anchor;
+use crate::cli;
+use crate::report::words::Labels;
+use crate::source::Clock;
+use crate::time::SECOND;
+use crate::tui::app::{App, Effect, Options};
+use crate::tui::store::Tone;
+
+/// Says what to show of a live session.
+pub(in crate::command) struct Live<'a> {
+    pub(in crate::command) setup: &'a Setup,
+    pub(in crate::command) sources: Vec<Opened>,
+    pub(in crate::command) clock: Arc<dyn Clock>,
+    pub(in crate::command) anchor: Anchor,
+    /// The recording to begin with.
+    pub(in crate::command) recording: Option<Recording>,
+    /// How to record when that is asked for.
+    pub(in crate::command) again: Box<dyn Fn() -> Recording + Send>,
+    /// Ends the session when it is set.
+    pub(in crate::command) stop: Arc<AtomicBool>,
+    pub(in crate::command) duration_s: Option<u32>,
+    pub(in crate::command) options: Options,
+    /// What is known of devices and water, for exports.
+    pub(in crate::command) equipment: cli::Equipment,
+}
+
+/// Tells the screen when the engine has ended, however it did.
+struct Ended(Teller);
+
+impl Drop for Ended {
+    fn drop(&mut self) {
+        self.0.tell(Word::Ended);
+    }
+}
+
+/// Shows a live session until somebody quits it, or it ends.
+///
+/// # Errors
+/// When there is no terminal, or the session cannot begin.
+pub(in crate::command) fn live(live: Live<'_>) -> Result<Report, Failure> {
+    let Live { setup, sources, clock, anchor, recording, again, stop, duration_s, options, equipment } = live;
+    let (teller, heard) = Teller::new();
+    let (requests, receiver) = channel();
+    let screen = live::Screen {
+        teller: teller.clone(),
+        labels: Labels::new(&setup.profiles),
+        requests: receiver,
+        recording: again,
+    };
+    let (app, stopper, told) = (App::new(options), Arc::clone(&stop), teller.clone());
+    let engine_clock = Arc::clone(&clock);
+    scope(|scope| {
+        let engine = move || {
+            let _ended = Ended(told.clone());
+            live::run(Job {
+                setup,
+                sources,
+                clock: engine_clock,
+                anchor,
+                rows: None,
+                recording,
+                info: None,
+                screen: Some(screen),
+                status: Status::told(told.clone()),
+                stop,
+                duration_ns: duration_s.map(|seconds| u64::from(seconds).saturating_mul(SECOND as u64)),
+            })
+        };
+        let engine = Builder::new().name("engine".to_owned()).spawn_scoped(scope, engine);
+        let engine = engine.map_err(|error| Failure::new(format!("cannot start a thread: {error}")))?;
+        let mut outside = |effect, app: &App| outside(effect, app, &requests, &equipment);
+        let shown = super::run(app, &teller, &heard, clock, &mut outside);
+        stopper.store(true, Ordering::Relaxed);
+        let report = engine.join().map_err(|_| Failure::new("the session crashed; what was recorded is kept"))?;
+        shown.and(report)
+    })
+}
+
+/// Does what is to be done outside of the screen.
+fn outside(
+    effect: Effect,
+    app: &App,
+    requests: &Sender<Request>,
+    equipment: &cli::Equipment,
+) -> Option<(Tone, String)> {
+    let is_sent = match effect {
+        Effect::Note(time, text) => requests.send(Request::Note(time, text)).is_ok(),
+        Effect::Record(is_on) => requests.send(Request::Record(is_on)).is_ok(),
+        Effect::Export { filter, path } => {
+            let Some(recording) = &app.recording else {
+                return Some((Tone::Warn, "nothing is recorded that could be exported".to_owned()));
+            };
+            return Some(export_part(vec![PathBuf::from(&recording.file)], filter, path, equipment.clone()));
+        }
+        _ => return None,
+    };
+    (!is_sent).then(|| (Tone::Bad, "the session has ended".to_owned()))
+}
+
+/// Exports what passes a filter, while the screen goes on; returns what to say about it.
+pub(in crate::command) fn export_part(
+    inputs: Vec<PathBuf>,
+    filter: Option<String>,
+    path: String,
+    equipment: cli::Equipment,
+) -> (Tone, String) {
+    let args = export::of(inputs, filter, PathBuf::from(&path), equipment);
+    let started = Builder::new().name("export".to_owned()).spawn(move || match export::run(&args) {
+        Ok(()) => message::note(format_args!("exported to '{}'", args.output.display())),
+        Err(failure) => failure.say(),
+    });
+    match started {
+        Ok(_) => (Tone::Info, format!("exporting to '{path}'")),
+        Err(error) => (Tone::Bad, format!("cannot start a thread: {error}")),
+    }
+}
