@@ -51,6 +51,7 @@ Examples:
   rtutap demo
   rtutap listen /dev/ttyUSB0 --line 9600-8N1
   rtutap record /dev/ttyUSB0 -o recordings/
+  rtutap replay night.mcap
   rtutap decode capture.hex
   rtutap decode capture.hex --show readings --format csv > readings.csv
   rtutap info capture.hex
@@ -65,6 +66,9 @@ pub enum Command {
     /// Record a live bus, unattended
     #[command(after_help = live::RECORD_NOTES)]
     Record(Record),
+    /// Show a recording as if it happened now, with a timeline to go about in
+    #[command(after_help = REPLAY_NOTES)]
+    Replay(Replay),
     /// Print a recording: frames, transactions or readings
     #[command(after_help = DECODE_EXAMPLES)]
     Decode(Decode),
@@ -112,6 +116,16 @@ Examples:
   rtutap decode one.hex two.hex --device 3=yosemitech-do -v
   cat capture.hex | rtutap decode -";
 
+const REPLAY_NOTES: &str = "\
+The first rows are there at once, whatever the size; the rest is decoded meanwhile. What is shown is what was known
+at the playhead: space plays, < and > change the speed, . and , go by a frame, { and } by a fiftieth of the recording,
+e goes to the next error, : to a time; the mouse seeks on the timeline. ? shows all keys.
+
+Examples:
+  rtutap replay night.mcap
+  rtutap replay night.mcap --filter 'addr == 1 && outcome != answered'
+  rtutap replay night.mcap.part --follow";
+
 const COMPLETIONS_EXAMPLES: &str = "\
 Examples:
   rtutap completions bash > ~/.local/share/bash-completion/completions/rtutap
@@ -157,6 +171,26 @@ pub struct Decode {
     pub printing: Printing,
 
     /// Wait for a recording that is still being written, and print on
+    #[arg(long)]
+    pub follow: bool,
+}
+
+/// Holds what `replay` is asked for.
+#[derive(Debug, Args)]
+pub struct Replay {
+    /// Where the bytes come from, and how to read them.
+    #[command(flatten)]
+    pub bus: Bus,
+
+    /// Show only rows that pass, such as 'addr == 1 && temperature > 20'; the language is that of 'decode --filter'
+    #[arg(long, value_name = "EXPR")]
+    pub filter: Option<String>,
+
+    /// How to show times [default: local]
+    #[arg(long, value_enum, env = "RTUTAP_TIME", hide_env_values = true)]
+    pub time: Option<TimeKind>,
+
+    /// Begin at the end of a recording that is still being written, and show what comes
     #[arg(long)]
     pub follow: bool,
 }

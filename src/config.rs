@@ -152,6 +152,10 @@ impl Config {
                 self.complete_live(&mut args.live);
             }
             Command::Record(args) => self.complete_live(&mut args.live),
+            Command::Replay(args) => {
+                args.time = args.time.or(self.time);
+                self.complete_bus(&mut args.bus);
+            }
             Command::Info(args) => {
                 args.time = args.time.or(self.time);
                 self.complete_bus(&mut args.bus);

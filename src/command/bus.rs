@@ -208,7 +208,7 @@ pub(super) fn read(
 }
 
 /// Brings the parts of each session into order, where they stand side by side.
-fn in_order(inputs: &[PathBuf]) -> VecDeque<PathBuf> {
+pub(super) fn in_order(inputs: &[PathBuf]) -> VecDeque<PathBuf> {
     let mut ordered: Vec<_> =
         inputs.iter().map(|path| (preface(path).session.unwrap_or_default(), path)).collect();
     for parts in ordered.chunk_by_mut(|(a, _), (b, _)| a.id == b.id && !a.id.is_empty()) {
@@ -225,7 +225,7 @@ pub(super) fn is_one_session(inputs: &[PathBuf]) -> bool {
 }
 
 /// Returns the part that follows one that was rotated, once it is there.
-fn next_part(path: &Path, facts: &Facts) -> Option<PathBuf> {
+pub(super) fn next_part(path: &Path, facts: &Facts) -> Option<PathBuf> {
     let index = facts.session.as_ref().filter(|_| facts.end.as_deref() == Some("rotated"))?.part_index;
     let path = Path::new(path.to_str()?.trim_end_matches(".part")).to_owned();
     let suffix = format!("-{index:04}");
@@ -245,7 +245,7 @@ fn next_part(path: &Path, facts: &Facts) -> Option<PathBuf> {
     None
 }
 
-fn wait() {
+pub(super) fn wait() {
     #[expect(clippy::disallowed_methods, reason = "a file does not tell when it grows")]
     std::thread::sleep(PATIENCE);
 }

@@ -20,6 +20,7 @@ mod profiles;
 mod progress;
 mod record;
 mod recover;
+mod replay;
 mod scribe;
 mod session;
 mod simulate;
@@ -57,6 +58,7 @@ fn run_command(cli: &mut Cli) -> Result<(), Failure> {
         Command::Decode(args) => bus::check(&args.bus)?,
         Command::Info(args) => bus::check(&args.bus)?,
         Command::Export(args) => bus::check(&args.bus)?,
+        Command::Replay(args) => replay::check(args)?,
         Command::Listen(args) => bus::check_devices(&args.live.equipment)?,
         Command::Record(args) => bus::check_devices(&args.live.equipment)?,
         _ => {}
@@ -70,6 +72,7 @@ fn run_command(cli: &mut Cli) -> Result<(), Failure> {
     match &cli.command {
         Command::Listen(args) => listen::run(args, cli.verbose, screen),
         Command::Record(args) => record::run(args),
+        Command::Replay(args) => replay::run(args, screen),
         Command::Decode(args) => decode::run(args, cli.verbose),
         Command::Info(args) => info::run(args),
         Command::Export(args) => export::run(args),

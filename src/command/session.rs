@@ -107,6 +107,11 @@ impl<'a> Session<'a> {
         self.setup.line
     }
 
+    /// Tells whether a bus has begun.
+    pub(super) fn has(&self, bus: &str) -> bool {
+        self.buses.iter().any(|known| known.settings.name == bus)
+    }
+
     /// Returns how many frames came out so far.
     pub(super) fn frames(&self) -> u64 {
         self.frames

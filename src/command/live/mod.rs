@@ -65,6 +65,7 @@ use notice::Notice;
 use queue::{Inbox, queue};
 use ring::Ring;
 use rows::RowStream;
+pub(super) use monitor::facts;
 pub(super) use signals::stop_flag;
 pub(super) use sources::{Opened, open, setup};
 use stage::Stage;

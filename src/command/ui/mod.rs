@@ -7,6 +7,7 @@
 //! ```
 
 mod options;
+mod player;
 mod session;
 mod teller;
 mod terminal;
@@ -23,6 +24,7 @@ use crate::source::Clock;
 use crate::tui::app::{App, Effect, Message, Recording};
 use crate::tui::store::Tone;
 pub(super) use options::{has_terminal, options};
+pub(super) use player::{Replayed, replay};
 pub(super) use session::{Live, live};
 pub(super) use teller::{Teller, Word};
 use terminal::Screen;
@@ -115,9 +117,11 @@ impl Loop<'_> {
             Word::Terminal(Event::Resize(columns, lines)) => Message::Resize(columns, lines),
             Word::Terminal(_) => return Ok(()),
             Word::Grown => match self.teller.take() {
-                Some(store) => Message::Grown(store),
+                Some((store, false)) => Message::Grown(store),
+                Some((store, true)) => Message::Replaced(store),
                 None => return Ok(()),
             },
+            Word::Replay(replay) => Message::Replay(*replay),
             Word::Said(tone, text) => Message::Said(tone, text),
             Word::Recording(file) => {
                 let since = self.app.recording.as_ref().and_then(|recording| recording.since);
@@ -155,7 +159,7 @@ impl Loop<'_> {
                 self.app.update(Message::Resize(columns, lines));
                 Ok(())
             }
-            Effect::Note(..) | Effect::Record(_) | Effect::Export { .. } => {
+            Effect::Note(..) | Effect::Record(_) | Effect::Export { .. } | Effect::Replay(_) => {
                 if let Some((tone, text)) = outside(effect, &self.app) {
                     self.app.update(Message::Said(tone, text));
                 }

@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use crossterm::event::Event;
 
+use crate::tui::app::replay::Replay;
 use crate::tui::store::{Store, Tone};
 
 /// Is something the screen is told.
@@ -17,6 +18,8 @@ pub(in crate::command) enum Word {
     Grown,
     /// Something people should know.
     Said(Tone, String),
+    /// How a replay goes.
+    Replay(Box<Replay>),
     /// This file is being written, or none any more.
     Recording(Option<PathBuf>),
     /// The session has ended.
@@ -27,8 +30,9 @@ pub(in crate::command) enum Word {
 #[derive(Clone, Debug)]
 pub(in crate::command) struct Teller {
     words: Sender<Word>,
-    /// The latest store, until the screen takes it: one place, so that a screen that stalls costs no memory.
-    latest: Arc<Mutex<Option<Store>>>,
+    /// The latest store, until the screen takes it: one place, so that a screen that stalls costs no memory; and whether
+    /// it is another than the one that was shown before.
+    latest: Arc<Mutex<Option<(Store, bool)>>>,
 }
 
 impl Teller {
@@ -48,16 +52,28 @@ impl Teller {
         self.latest.lock().unwrap_or_else(PoisonError::into_inner).is_none()
     }
 
-    /// Shows a store.
+    /// Shows a store that has grown.
     pub(in crate::command) fn show(&self, store: Store) {
-        let before = self.latest.lock().unwrap_or_else(PoisonError::into_inner).replace(store);
+        self.put(store, false);
+    }
+
+    /// Shows another store: nothing follows from what was shown before.
+    pub(in crate::command) fn replace(&self, store: Store) {
+        self.put(store, true);
+    }
+
+    fn put(&self, store: Store, is_other: bool) {
+        let mut latest = self.latest.lock().unwrap_or_else(PoisonError::into_inner);
+        let before = latest.take();
+        let was_other = before.as_ref().is_some_and(|(_, was_other)| *was_other);
+        *latest = Some((store, is_other || was_other));
         if before.is_none() {
             self.tell(Word::Grown);
         }
     }
 
-    /// Takes the latest store.
-    pub(in crate::command) fn take(&self) -> Option<Store> {
+    /// Takes the latest store, and whether it is another.
+    pub(in crate::command) fn take(&self) -> Option<(Store, bool)> {
         self.latest.lock().unwrap_or_else(PoisonError::into_inner).take()
     }
 }

@@ -68,7 +68,20 @@ pub struct Replay {
     /// Whether it is at the end, and stays there while the recording grows.
     pub is_at_end: bool,
     /// What the player is on the way to, and how far it has got, from 0 to 1.
-    pub way: Option<(String, f64)>,
+    pub way: Option<(Way, f64)>,
+}
+
+/// Says what the player is on the way to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Way {
+    /// A place, in nanoseconds from the beginning.
+    Place(i64),
+    /// A row.
+    Rows,
+    /// The end.
+    End,
+    /// The next of something, or the one before.
+    Find(Sought, bool),
 }
 
 impl Replay {

@@ -12,7 +12,7 @@ use ratatui::style::Style;
 
 use crate::time::SECOND;
 use crate::tui::app::App;
-use crate::tui::app::replay::Replay;
+use crate::tui::app::replay::{Replay, Way};
 use crate::tui::layout::Regions;
 use crate::tui::store::Tone;
 use crate::tui::theme::glyph;
@@ -148,7 +148,7 @@ fn status(app: &App, replay: &Replay, area: Rect, buffer: &mut Buffer) {
     if let Some(time) = replay.time() {
         x = put(buffer, area, x, area.y, &app.clock().of_day(time), theme.strong) + 2;
     }
-    let known = known(replay, timeline);
+    let known = known(app, replay, timeline);
     let of = format!("{} of {}", duration(replay.playhead), duration(timeline.end()));
     let room = usize::from(area.right().saturating_sub(x));
     // Where both do not fit, what it is on the way to matters more than how far it is.
@@ -163,9 +163,20 @@ fn status(app: &App, replay: &Replay, area: Rect, buffer: &mut Buffer) {
 }
 
 /// Says what the player is on the way to, or how far the recording is known.
-fn known(replay: &Replay, timeline: &Timeline) -> String {
+fn known(app: &App, replay: &Replay, timeline: &Timeline) -> String {
     let percent = |share: f64| format!("{:.0} %", (share * 100.0).clamp(0.0, 100.0).floor());
-    if let Some((to, share)) = &replay.way {
+    if let Some((way, share)) = &replay.way {
+        let to = match way {
+            Way::Place(place) => timeline
+                .time(*place)
+                .map_or_else(|| duration(*place), |time| app.clock().of_day(time).trim().to_owned()),
+            Way::Rows => return "going there".to_owned(),
+            Way::End => "the end".to_owned(),
+            Way::Find(what, is_forward) => {
+                let which = if *is_forward { "next" } else { "last" };
+                return format!("looking for the {which} {}", what.name());
+            }
+        };
         return format!("→ {to} {}", percent(*share));
     }
     let mut parts = Vec::new();

@@ -1,0 +1,100 @@
+//! What the background has found out of a recording, for whoever goes about in it.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use super::decoder::Decoder;
+use super::reel::Place;
+use crate::tui::timeline::Timeline;
+
+/// How many checkpoints are kept.
+const MOST: usize = 512;
+/// How many bytes of buses lie between two at first.
+const LEAST: u64 = 16 * 1024;
+
+/// Is a state to go on from.
+pub(super) struct Checkpoint<'a> {
+    pub(super) place: Place,
+    pub(super) decoder: Decoder<'a>,
+}
+
+/// Holds checkpoints in order, ever further apart as there are more.
+pub(super) struct Checkpoints<'a> {
+    list: Vec<Arc<Checkpoint<'a>>>,
+    apart: u64,
+}
+
+impl Default for Checkpoints<'_> {
+    fn default() -> Self {
+        Checkpoints { list: Vec::new(), apart: LEAST }
+    }
+}
+
+impl<'a> Checkpoints<'a> {
+    /// Returns after how many bytes it is time for another one.
+    pub(super) fn due(&self) -> u64 {
+        self.list.last().map_or(0, |last| last.decoder.reached().bytes.saturating_add(self.apart))
+    }
+
+    /// Adds the next one; keeps every other one when there are too many.
+    pub(super) fn add(&mut self, checkpoint: Checkpoint<'a>) {
+        self.list.push(Arc::new(checkpoint));
+        if self.list.len() > MOST {
+            let mut at = 0_usize;
+            self.list.retain(|_| {
+                at += 1;
+                at % 2 == 1
+            });
+            self.apart = self.apart.saturating_mul(2);
+        }
+    }
+
+    /// Returns the last one for which something holds that holds for all before it, or `back` before that.
+    pub(super) fn last(&self, back: usize, is_before: impl Fn(&Decoder<'a>) -> bool) -> Option<Arc<Checkpoint<'a>>> {
+        let count = self.list.partition_point(|checkpoint| is_before(&checkpoint.decoder));
+        let at = count.checked_sub(1)?.saturating_sub(back);
+        self.list.get(at).cloned()
+    }
+
+    /// Returns how many there are.
+    #[cfg(test)]
+    pub(super) fn len(&self) -> usize {
+        self.list.len()
+    }
+}
+
+/// Is what is known of the whole recording.
+#[derive(Default)]
+pub(super) struct Known<'a> {
+    pub(super) checkpoints: Checkpoints<'a>,
+    pub(super) timeline: Timeline,
+    /// Counts filters: who looks for an earlier one stops.
+    pub(super) look: u64,
+    /// Whether everybody is to stop.
+    pub(super) is_over: bool,
+}
+
+impl Known<'_> {
+    /// Begins to look for another filter, or for none; returns its number.
+    pub(super) fn begin_look(&mut self, has_filter: bool) -> u64 {
+        self.look += 1;
+        self.timeline.hits = has_filter.then(Default::default);
+        self.look
+    }
+
+    /// Tells whether a filter has not gone through all of the recording.
+    pub(super) fn is_looking(&self) -> bool {
+        let until = self.timeline.hits.as_ref().map(|(_, until)| *until);
+        until.is_some_and(|until| until < self.timeline.decoded_ns)
+    }
+}
+
+/// Shares what is known among threads.
+#[derive(Default)]
+pub(super) struct Shared<'a>(Mutex<Known<'a>>);
+
+impl<'a> Shared<'a> {
+    /// Looks at what is known, or adds to it; what is done meanwhile is to be little.
+    pub(super) fn lock(&self) -> MutexGuard<'_, Known<'a>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}

@@ -1,0 +1,206 @@
+//! What a stretch of a recording comes to: the session and the store, which are values, and where they are.
+
+use std::sync::Arc;
+
+use super::super::super::failure::Failure;
+use super::super::super::live::facts;
+use super::super::super::session::{Origin, Session, Setup, Sink};
+use crate::analyze::filter::Filter;
+use crate::capture::Item;
+use crate::capture::mcap::BusSettings;
+use crate::decode::chunk::ReadTime;
+use crate::line::LineSettings;
+use crate::pipeline::Event;
+use crate::report::words::Labels;
+use crate::time::Timestamp;
+use crate::tui::store::{Feed, List, RowSubject, Store, Tone};
+use crate::tui::timeline::Bucket;
+
+/// Says how far a recording was decoded.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Reached {
+    /// Items taken.
+    pub(super) items: u64,
+    /// Bytes of buses taken.
+    pub(super) bytes: u64,
+    /// Nanoseconds from the beginning; never goes back.
+    pub(super) elapsed_ns: i64,
+    /// When the recording begins.
+    pub(super) origin: Option<Timestamp>,
+}
+
+/// Decodes items into a store; a copy goes on from the same state.
+#[derive(Clone)]
+pub(super) struct Decoder<'a> {
+    session: Session<'a>,
+    feed: Feed,
+    reached: Reached,
+    /// What the last item came to.
+    last: Bucket,
+    /// What is looked for.
+    pub(super) filter: Option<Arc<Filter>>,
+}
+
+/// Hands events to a feed.
+struct Into<'b>(&'b mut Feed);
+
+impl Sink for Into<'_> {
+    fn begin(&mut self, origin: &Origin) -> Result<(), Failure> {
+        self.0.begin(facts(origin));
+        Ok(())
+    }
+
+    fn event(&mut self, bus: &str, event: &Event<'_>) {
+        self.0.event(bus, event);
+    }
+
+    fn pause(&mut self, settled_frame: u64, _waits: bool) -> Result<(), Failure> {
+        self.0.settle(settled_frame);
+        Ok(())
+    }
+}
+
+impl<'a> Decoder<'a> {
+    /// Begins before the first item.
+    pub(super) fn new(setup: &'a Setup, labels: Labels) -> Self {
+        Decoder {
+            session: Session::new(setup),
+            feed: Feed::new(labels),
+            reached: Reached::default(),
+            last: Bucket::default(),
+            filter: None,
+        }
+    }
+
+    /// Returns how far it has got.
+    pub(super) fn reached(&self) -> Reached {
+        self.reached
+    }
+
+    /// Returns what the last item came to.
+    pub(super) fn last(&self) -> Bucket {
+        self.last
+    }
+
+    /// Returns what is known here.
+    pub(super) fn store(&self) -> &Store {
+        self.feed.store()
+    }
+
+    /// Returns what is known here, as it looks at a later time at which nothing has come yet.
+    pub(super) fn store_at(&self, elapsed_ns: i64) -> Store {
+        match self.reached.origin {
+            None => self.feed.store().clone(),
+            Some(origin) => {
+                let mut feed = self.feed.clone();
+                feed.pass(origin + elapsed_ns);
+                feed.store().clone()
+            }
+        }
+    }
+
+    /// Returns how many rows a list has had up to here.
+    pub(super) fn rows(&self, list: List) -> u64 {
+        self.store().list(list).total()
+    }
+
+    /// Returns where an item is that comes next.
+    pub(super) fn elapsed_after(&self, item: &Item<'_>) -> i64 {
+        let reached = self.reached.elapsed_ns;
+        let time = match item {
+            Item::Chunk { chunk, .. } => match chunk.time {
+                ReadTime::At(time) => Some(time),
+                ReadTime::Unknown | ReadTime::UnknownAfterSilence => {
+                    return reached.saturating_add(self.busy_ns(item));
+                }
+            },
+            Item::Lost { lost, .. } => lost.time,
+            Item::Silence { until, .. } => Some(*until),
+            Item::Line { .. } => None,
+        };
+        let since = time.map(|time| self.reached.origin.map_or(0, |origin| time - origin));
+        since.unwrap_or(reached).max(reached)
+    }
+
+    /// Returns how long the bytes of an item took at line speed.
+    fn busy_ns(&self, item: &Item<'_>) -> i64 {
+        let Item::Chunk { bus, chunk, .. } = item else { return 0 };
+        let known = self.store().buses().iter().find(|known| *known.name == **bus);
+        let line = known.map_or_else(LineSettings::default, |bus| bus.line);
+        line.character_ns().saturating_mul(i64::try_from(chunk.bytes.len()).unwrap_or(i64::MAX))
+    }
+
+    /// Takes an item; `line` is that of buses which do not say theirs.
+    ///
+    /// # Errors
+    /// None that reading has not had before.
+    pub(super) fn take(&mut self, item: &Item<'_>, line: LineSettings, hold_ns: Option<i64>) -> Result<(), Failure> {
+        let mut sink = Into(&mut self.feed);
+        let (bus, time) = match item {
+            Item::Line { .. } => ("", None),
+            Item::Chunk { bus, chunk, .. } => match chunk.time {
+                ReadTime::At(time) => (*bus, Some(time)),
+                ReadTime::Unknown | ReadTime::UnknownAfterSilence => (*bus, None),
+            },
+            Item::Lost { bus, lost } => (*bus, lost.time),
+            Item::Silence { bus, until } => (*bus, Some(*until)),
+        };
+        if !self.session.has(bus) && !matches!(item, Item::Line { .. }) {
+            let settings =
+                BusSettings { name: bus.to_owned(), line, adapter_hold_ns: hold_ns, ..BusSettings::default() };
+            self.session.begin(settings, &mut sink)?;
+        }
+        self.reached.origin = self.reached.origin.or(time);
+        let elapsed_ns = self.elapsed_after(item);
+        let before = self.counted();
+        let mut sink = Into(&mut self.feed);
+        self.session.take(item, &mut sink)?;
+        sink.pause(self.session.settled_frame_id(), false)?;
+        if let Some(time) = time {
+            self.feed.pass(time);
+        }
+        let bytes = if let Item::Chunk { chunk, .. } = item { chunk.bytes.len() } else { 0 };
+        self.reached.items += 1;
+        self.reached.bytes = self.reached.bytes.saturating_add(bytes as u64);
+        self.reached.elapsed_ns = elapsed_ns;
+        self.last = self.since(before);
+        self.last.busy_ns = self.busy_ns(item);
+        Ok(())
+    }
+
+    /// Decides everything: the recording has ended.
+    ///
+    /// # Errors
+    /// None that reading has not had before.
+    pub(super) fn finish(&mut self) -> Result<(), Failure> {
+        let before = self.counted();
+        self.session.finish(&mut Into(&mut self.feed))?;
+        self.last = self.since(before);
+        Ok(())
+    }
+
+    /// Returns how many transactions, and how many findings, there were.
+    fn counted(&self) -> (u64, u64) {
+        (self.rows(List::Exchanges), self.store().findings().total())
+    }
+
+    /// Returns what has come since.
+    fn since(&self, (rows, findings): (u64, u64)) -> Bucket {
+        let store = self.store();
+        let new = || store.list(List::Exchanges).range(rows..u64::MAX);
+        let passes = |filter: &Arc<Filter>| {
+            new().filter(|row| filter.matches(&RowSubject::new(store, row))).count() as u64
+        };
+        Bucket {
+            busy_ns: 0,
+            errors: new().filter(|row| row.tone() >= Tone::Warn).count() as u64,
+            findings: store.findings().total().saturating_sub(findings),
+            matches: self.filter.as_ref().map_or(0, passes),
+        }
+    }
+
+    /// Forgets rows that nobody will look at.
+    pub(super) fn forget(&mut self) {
+        self.feed = self.feed.checkpoint(self.session.settled_frame_id());
+    }
+}

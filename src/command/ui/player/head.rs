@@ -1,0 +1,425 @@
+//! The playhead: play, step, seek and find, without threads and clocks. Who calls says what time it is and for how
+//! long to work.
+
+use std::sync::Arc;
+
+use super::super::super::failure::Failure;
+use super::checkpoints::{Checkpoint, Shared};
+use super::decoder::Decoder;
+use super::find::Find;
+use super::reel::{Advance, Reel};
+use crate::line::LineSettings;
+use crate::time::{SECOND, Timestamp};
+use crate::tui::app::replay::{Order, Replay, SPEEDS, Way};
+use crate::tui::store::{List, Store};
+use crate::tui::timeline::{Bucket, Series, Sought};
+
+/// How far playing may fall behind before it takes its time, in nanoseconds.
+const BEHIND: i64 = SECOND / 2;
+/// How many rows are shown at first.
+const FIRST: u64 = 100;
+
+/// Says where the playhead is to go.
+#[derive(Clone, Debug)]
+pub(super) enum Goal {
+    /// Everything up to a place.
+    Place(i64),
+    /// So many rows in a list.
+    Rows(List, u64),
+    /// Back to no more than so many rows; the items at which there were not more, as far as it was looked.
+    Back(List, u64, Option<u64>),
+    /// So many items.
+    Items(u64),
+    /// All there is.
+    End,
+    /// The next or last of something.
+    Find(Find),
+}
+
+/// Says why decoding stopped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Stop {
+    /// What was asked for is reached.
+    Reached,
+    /// There was no more time.
+    Paused,
+    /// Nothing is there yet.
+    Wait,
+    /// It has ended.
+    Over,
+}
+
+/// Says what is to be shown.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Change {
+    /// What is shown already.
+    #[default]
+    None,
+    /// More.
+    Grown,
+    /// Another state.
+    Replaced,
+}
+
+/// Is the playhead.
+pub(super) struct Head<'a, 's> {
+    reel: Reel<'s>,
+    pub(super) decoder: Decoder<'a>,
+    shared: &'s Shared<'a>,
+    line: LineSettings,
+    hold_ns: Option<i64>,
+    /// Whether the reel has an item that is not decoded yet.
+    is_pending: bool,
+    pub(super) is_over: bool,
+    goal: Option<Goal>,
+    /// Where the way to the goal began.
+    begun: i64,
+    playhead: i64,
+    is_playing: bool,
+    speed: f64,
+    /// From which time and place it is played.
+    from: Option<(Timestamp, i64)>,
+    /// Whether it stays at the end while the recording grows.
+    is_at_end: bool,
+    change: Change,
+    /// What to say.
+    said: Option<String>,
+}
+
+impl<'a, 's> Head<'a, 's> {
+    /// Begins before the first item, on the way to the first rows.
+    pub(super) fn new(reel: Reel<'s>, decoder: Decoder<'a>, shared: &'s Shared<'a>, line: LineSettings) -> Self {
+        let hold_ns = reel.input().adapter_hold_ns();
+        Head {
+            reel,
+            decoder,
+            shared,
+            line,
+            hold_ns,
+            is_pending: false,
+            is_over: false,
+            goal: Some(Goal::Rows(List::Exchanges, FIRST)),
+            begun: 0,
+            playhead: 0,
+            is_playing: false,
+            speed: 1.0,
+            from: None,
+            is_at_end: false,
+            change: Change::None,
+            said: None,
+        }
+    }
+
+    /// Takes an order; it is done by [`Head::work`].
+    pub(super) fn order(&mut self, order: Order) {
+        let goal = match order {
+            Order::Play => {
+                self.is_playing = !self.is_playing && !self.is_at_end;
+                self.from = None;
+                return;
+            }
+            Order::Speed(speed) => {
+                self.speed = speed.clamp(SPEEDS.0, SPEEDS.1);
+                self.from = None;
+                return;
+            }
+            Order::Look(filter) => {
+                self.decoder.filter = filter.map(Arc::new);
+                self.goal.take_if(|goal| matches!(goal, Goal::Find(find) if find.what == Sought::Match));
+                return;
+            }
+            Order::Stay => {
+                self.stay();
+                return;
+            }
+            Order::Place(place) => Goal::Place(place.max(0)),
+            Order::Rows(list, count) if count < self.decoder.rows(list) => Goal::Back(list, count, None),
+            Order::Rows(list, count) => Goal::Rows(list, count),
+            Order::End => Goal::End,
+            Order::Find { what, is_forward, before } => {
+                self.is_playing = false;
+                Goal::Find(Find::new(what, is_forward, before, self))
+            }
+        };
+        if !matches!(goal, Goal::Place(_)) {
+            self.is_playing = false;
+        }
+        self.is_at_end = false;
+        self.begun = self.decoder.reached().elapsed_ns;
+        (self.goal, self.from) = (Some(goal), None);
+    }
+
+    /// Gives up the way to a goal: what was decoded for it is shown.
+    fn stay(&mut self) {
+        if self.goal.take().is_some() {
+            self.arrive();
+        }
+    }
+
+    /// Tells whether there is something to do at once.
+    pub(super) fn is_busy(&self) -> bool {
+        self.goal.is_some()
+    }
+
+    /// Tells whether there is something to do before long.
+    pub(super) fn is_moving(&self) -> bool {
+        self.is_playing || self.is_at_end
+    }
+
+    /// Goes on at a time, as long as `more` says so. Tells whether it waits for others.
+    ///
+    /// # Errors
+    /// When the recording cannot be read on.
+    pub(super) fn work(&mut self, now: Timestamp, more: &mut dyn FnMut() -> bool) -> Result<bool, Failure> {
+        let stop = match self.goal.take() {
+            Some(Goal::Find(find)) => self.find(find, more)?,
+            Some(goal) => self.go(goal, more)?,
+            None if self.is_playing => self.play(now, more)?,
+            None if self.is_at_end => self.follow(more)?,
+            None => Stop::Reached,
+        };
+        Ok(stop == Stop::Wait)
+    }
+
+    /// Goes to a place that can be told when it is reached.
+    fn go(&mut self, mut goal: Goal, more: &mut dyn FnMut() -> bool) -> Result<Stop, Failure> {
+        let at = |decoder: &Decoder<'_>| match goal {
+            Goal::Place(place) => decoder.reached().elapsed_ns <= place,
+            Goal::Rows(list, count) | Goal::Back(list, count, _) => decoder.rows(list) <= count,
+            Goal::Items(items) => decoder.reached().items <= items,
+            Goal::End | Goal::Find(_) => true,
+        };
+        self.approach(1, &at)?;
+        let stop = self.run(more, |head, next| match &mut goal {
+            Goal::Back(list, count, items) => {
+                let is_beyond = head.decoder.rows(*list) > *count;
+                if !is_beyond {
+                    *items = Some(head.decoder.reached().items);
+                }
+                is_beyond
+            }
+            Goal::Place(place) => next > *place,
+            Goal::Rows(list, count) => head.decoder.rows(*list) >= *count,
+            Goal::Items(items) => head.decoder.reached().items >= *items,
+            Goal::End | Goal::Find(_) => false,
+        })?;
+        match (stop, &goal) {
+            (Stop::Paused, _) => {
+                self.goal = Some(goal);
+                return Ok(stop);
+            }
+            (Stop::Reached | Stop::Over, Goal::Back(_, _, Some(items))) => {
+                self.goal = Some(Goal::Items(*items));
+                return Ok(Stop::Reached);
+            }
+            (Stop::Over | Stop::Wait, Goal::End) => self.is_at_end = stop == Stop::Wait,
+            (Stop::Over, Goal::Rows(..)) => self.said = Some("the recording ends here".to_owned()),
+            _ => {}
+        }
+        self.arrive();
+        if let Goal::Place(place) = goal
+            && stop == Stop::Reached
+        {
+            self.playhead = place;
+        }
+        Ok(Stop::Reached)
+    }
+
+    /// Takes the state to what will be shown.
+    pub(super) fn arrive(&mut self) {
+        self.playhead = self.decoder.reached().elapsed_ns;
+        self.change = self.change.max_of(Change::Grown);
+        self.from = None;
+    }
+
+    /// Restores a checkpoint from which the goal is nearer than from here; `at_or_before` tells what lies before it.
+    ///
+    /// With `back` it is that many before the nearest, so that there are rows to look at.
+    pub(super) fn approach(
+        &mut self,
+        back: usize,
+        at_or_before: &dyn Fn(&Decoder<'a>) -> bool,
+    ) -> Result<(), Failure> {
+        let nearest = self.shared.lock().checkpoints.last(back, at_or_before);
+        let is_past = !at_or_before(&self.decoder);
+        let Some(nearest) = nearest else { return Ok(()) };
+        if !is_past && nearest.decoder.reached().items <= self.decoder.reached().items {
+            return Ok(());
+        }
+        self.go_on_from(&nearest)
+    }
+
+    /// Restores the last checkpoint for which something holds, or the first.
+    pub(super) fn restore(&mut self, is_before: &dyn Fn(&Decoder<'a>) -> bool) -> Result<(), Failure> {
+        let checkpoints = self.shared.lock().checkpoints.last(0, is_before);
+        let first = || self.shared.lock().checkpoints.last(usize::MAX, |_| true);
+        match checkpoints.or_else(first) {
+            Some(checkpoint) => self.go_on_from(&checkpoint),
+            None => Ok(()),
+        }
+    }
+
+    fn go_on_from(&mut self, nearest: &Checkpoint<'a>) -> Result<(), Failure> {
+        let filter = self.decoder.filter.take();
+        self.reel.go(&nearest.place)?;
+        self.decoder = nearest.decoder.clone();
+        self.decoder.filter = filter;
+        (self.is_pending, self.is_over, self.change) = (false, false, Change::Replaced);
+        Ok(())
+    }
+
+    /// Decodes on until something is reached; asked before each item, with its place.
+    pub(super) fn run(
+        &mut self,
+        more: &mut dyn FnMut() -> bool,
+        mut is_reached: impl FnMut(&Self, i64) -> bool,
+    ) -> Result<Stop, Failure> {
+        loop {
+            if self.is_over {
+                return Ok(Stop::Over);
+            }
+            if !self.is_pending {
+                match self.reel.advance()? {
+                    Advance::Item => self.is_pending = true,
+                    Advance::Wait => return Ok(Stop::Wait),
+                    Advance::End => {
+                        self.decoder.finish()?;
+                        self.is_over = true;
+                        return Ok(Stop::Over);
+                    }
+                }
+            }
+            let item = self.reel.item();
+            let next = self.decoder.elapsed_after(&item);
+            if is_reached(self, next) {
+                return Ok(Stop::Reached);
+            }
+            if !more() {
+                return Ok(Stop::Paused);
+            }
+            let item = self.reel.item();
+            self.decoder.take(&item, self.line, self.hold_ns)?;
+            self.is_pending = false;
+        }
+    }
+
+    /// Plays on up to where it should be by now.
+    fn play(&mut self, now: Timestamp, more: &mut dyn FnMut() -> bool) -> Result<Stop, Failure> {
+        let (since, from) = *self.from.get_or_insert((now, self.playhead));
+        let ahead = (now - since) as f64 * self.speed;
+        let target = from.saturating_add(ahead.clamp(0.0, i64::MAX as f64) as i64);
+        let items = self.decoder.reached().items;
+        let stop = self.run(more, |_, next| next > target)?;
+        if self.decoder.reached().items > items || stop == Stop::Over {
+            self.change = self.change.max_of(Change::Grown);
+        }
+        self.playhead = match stop {
+            Stop::Reached => target,
+            _ => self.decoder.reached().elapsed_ns,
+        };
+        match stop {
+            Stop::Over => {
+                self.is_playing = false;
+                self.said = Some("the recording ends here".to_owned());
+            }
+            Stop::Wait => (self.is_playing, self.is_at_end) = (false, true),
+            // What cannot keep up goes on from where it is.
+            Stop::Paused if target - self.playhead > BEHIND => self.from = None,
+            Stop::Paused | Stop::Reached => {}
+        }
+        Ok(Stop::Reached)
+    }
+
+    /// Takes in what was written since.
+    fn follow(&mut self, more: &mut dyn FnMut() -> bool) -> Result<Stop, Failure> {
+        let items = self.decoder.reached().items;
+        let stop = self.run(more, |_, _| false)?;
+        if self.decoder.reached().items > items || stop == Stop::Over {
+            self.change = self.change.max_of(Change::Grown);
+            self.playhead = self.decoder.reached().elapsed_ns;
+        }
+        if stop == Stop::Over {
+            self.is_at_end = false;
+            self.said = Some("the recording has ended".to_owned());
+        }
+        Ok(Stop::Reached)
+    }
+
+    /// Returns what is to be shown, and how it differs from what was shown before.
+    pub(super) fn take_change(&mut self) -> Option<(Change, Store)> {
+        match std::mem::take(&mut self.change) {
+            Change::None => None,
+            // On the way nothing is shown.
+            change if self.goal.is_some() => {
+                self.change = change;
+                None
+            }
+            change => Some((change, self.decoder.store_at(self.playhead))),
+        }
+    }
+
+    /// Returns what there is to say.
+    pub(super) fn take_said(&mut self) -> Option<String> {
+        self.said.take()
+    }
+
+    /// Says that something was not found, and goes back to where it was looked for.
+    pub(super) fn give_up(&mut self, find: &Find) {
+        let way = if find.is_forward { "after" } else { "before" };
+        self.said = Some(format!("there is no {} {way} this", find.what.name()));
+        self.goal = Some(Goal::Items(find.from.items));
+    }
+
+    /// Goes to a place found.
+    pub(super) fn set_goal(&mut self, goal: Goal) {
+        self.goal = Some(goal);
+    }
+
+    /// Tells whether this is what is looked for.
+    pub(super) fn is_hit(last: &Bucket, what: Sought) -> bool {
+        last.count(what) > 0
+    }
+
+    /// Returns the counts by which something is looked for, up to where they are known, and whether that is all.
+    pub(super) fn series<T>(&self, what: Sought, look: impl FnOnce(&Series, i64, bool) -> T) -> Option<T> {
+        let known = self.shared.lock();
+        let timeline = &known.timeline;
+        match what {
+            Sought::Match => {
+                let (series, until) = timeline.hits.as_ref()?;
+                Some(look(series, *until, timeline.is_complete && *until >= timeline.decoded_ns))
+            }
+            Sought::Error | Sought::Finding => {
+                Some(look(&timeline.events, timeline.decoded_ns, timeline.is_complete))
+            }
+        }
+    }
+
+    /// Returns the state as it is shown.
+    pub(super) fn state(&self) -> Replay {
+        let timeline = Arc::new(self.shared.lock().timeline.clone());
+        let here = self.decoder.reached().elapsed_ns;
+        let share = |to: i64| (here - self.begun) as f64 / (to - self.begun).max(1) as f64;
+        let way = self.goal.as_ref().map(|goal| match goal {
+            Goal::Place(place) => (Way::Place(*place), share(*place)),
+            Goal::End => (Way::End, share(timeline.end())),
+            Goal::Rows(..) | Goal::Back(..) | Goal::Items(_) => (Way::Rows, 0.0),
+            Goal::Find(find) => (Way::Find(find.what, find.is_forward), timeline.share),
+        });
+        Replay {
+            timeline,
+            playhead: self.playhead,
+            is_playing: self.is_playing,
+            speed: self.speed,
+            is_at_end: self.is_at_end,
+            way,
+        }
+    }
+}
+
+impl Change {
+    /// Returns the larger change.
+    fn max_of(self, other: Change) -> Change {
+        if self == Change::Replaced { self } else { other }
+    }
+}

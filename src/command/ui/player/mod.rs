@@ -1,0 +1,225 @@
+//! The player of recordings: what `rtutap replay` shows, and the threads behind it.
+//!
+//! ```text
+//! scan  (a thread)  ─▶ checkpoints, timeline ─┐
+//! look  (a thread)  ─▶ hits of the filter ────┤ Shared
+//! player (a thread): Head, at the playhead ◀──┘
+//!        ▲ Order                     │ Store, Replay
+//!        └──────── App, on the screen ◀
+//! ```
+//!
+//! All decode with the same [`decoder::Decoder`], which is a value: a copy kept as a checkpoint goes on exactly as a run
+//! from the beginning would have.
+
+mod checkpoints;
+mod decoder;
+mod find;
+mod head;
+mod reel;
+mod scan;
+#[cfg(test)]
+mod tests;
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::thread::{Builder, Scope, scope};
+use std::time::{Duration, Instant};
+
+use super::super::failure::Failure;
+use super::super::session::Setup;
+use super::{Teller, Word};
+use crate::capture::InputFormat;
+use crate::cli;
+use crate::line::LineSettings;
+use crate::report::words::Labels;
+use crate::source::Clock;
+use crate::tui::app::replay::Order;
+use crate::tui::app::{App, Effect, Options};
+use crate::tui::store::Tone;
+use checkpoints::Shared;
+use decoder::Decoder;
+use head::{Change, Head};
+use reel::{Reel, Tracks};
+
+/// How long the player works before it looks for orders.
+const SLICE: Duration = Duration::from_millis(15);
+/// How often what moves is shown.
+const FRAME: Duration = Duration::from_millis(33);
+/// How often the progress of the background is shown.
+const PROGRESS: Duration = Duration::from_millis(150);
+
+/// Says what to show of a recording.
+pub(in crate::command) struct Replayed<'a> {
+    pub(in crate::command) setup: &'a Setup,
+    /// The parts of the session, in order.
+    pub(in crate::command) paths: Vec<PathBuf>,
+    pub(in crate::command) format: Option<InputFormat>,
+    pub(in crate::command) follows: bool,
+    pub(in crate::command) clock: Arc<dyn Clock>,
+    pub(in crate::command) options: Options,
+    /// What is known of devices and water, for exports.
+    pub(in crate::command) equipment: cli::Equipment,
+}
+
+/// What all threads read, and where they meet.
+#[derive(Clone, Copy)]
+struct Stage<'a, 's> {
+    setup: &'a Setup,
+    tracks: &'s Tracks,
+    shared: &'s Shared<'a>,
+    labels: &'s Labels,
+    line: LineSettings,
+}
+
+impl<'a> Stage<'a, '_> {
+    fn decoder(&self) -> Decoder<'a> {
+        Decoder::new(self.setup, self.labels.clone())
+    }
+}
+
+/// Shows a recording until somebody quits.
+///
+/// # Errors
+/// When it cannot be read, or there is no terminal.
+pub(in crate::command) fn replay(replayed: Replayed<'_>) -> Result<(), Failure> {
+    let Replayed { setup, paths, format, follows, clock, options, equipment } = replayed;
+    let labels = Labels::new(&setup.profiles);
+    let tracks = Tracks::new(paths.clone(), format, setup.line, follows);
+    let line = setup.line.or(Reel::open(&tracks)?.input().line()).unwrap_or_default();
+    let shared = Shared::default();
+    {
+        let mut known = shared.lock();
+        known.timeline.is_growing = follows;
+        if let Some((first, last)) = tracks.times() {
+            (known.timeline.origin, known.timeline.end_ns) = (Some(first), last - first);
+        }
+    }
+    let stage = Stage { setup, tracks: &tracks, shared: &shared, labels: &labels, line };
+    let (teller, heard) = Teller::new();
+    let (orders, receiver) = channel();
+    let app = App::new(options);
+    scope(|scope| {
+        let player = teller.clone();
+        let player_clock = Arc::clone(&clock);
+        let started = Builder::new().name("player".to_owned()).spawn_scoped(scope, move || {
+            let result = play(scope, stage, &receiver, &player, &*player_clock);
+            if let Err(failure) = result {
+                failure.say();
+            }
+        });
+        started.map_err(|error| Failure::new(format!("cannot start a thread: {error}")))?;
+        let mut outside = |effect, _: &App| outside(effect, &orders, &paths, &equipment);
+        let shown = super::run(app, &teller, &heard, clock, &mut outside);
+        shared.lock().is_over = true;
+        drop(orders);
+        shown
+    })
+}
+
+/// Does what is to be done outside of the screen.
+fn outside(
+    effect: Effect,
+    orders: &Sender<Order>,
+    paths: &[PathBuf],
+    equipment: &cli::Equipment,
+) -> Option<(Tone, String)> {
+    match effect {
+        Effect::Replay(order) => {
+            let is_sent = orders.send(order).is_ok();
+            (!is_sent).then(|| (Tone::Bad, "the recording cannot be read on".to_owned()))
+        }
+        Effect::Export { filter, path } => {
+            Some(super::session::export_part(paths.to_vec(), filter, path, equipment.clone()))
+        }
+        Effect::Note(..) => Some((Tone::Info, "notes are taken while a bus is live".to_owned())),
+        _ => None,
+    }
+}
+
+/// Does what is ordered until nobody orders anything any more; runs in a thread of its own.
+fn play<'scope, 'a: 'scope, 's: 'scope>(
+    scope: &'scope Scope<'scope, '_>,
+    stage: Stage<'a, 's>,
+    orders: &Receiver<Order>,
+    teller: &Teller,
+    clock: &dyn Clock,
+) -> Result<(), Failure> {
+    let reel = Reel::open(stage.tracks)?;
+    let mut head = Head::new(reel, stage.decoder(), stage.shared, stage.line);
+    head.work(clock.realtime(), &mut || true)?;
+    show(&mut head, teller);
+    if stage.tracks.follows() {
+        head.order(Order::End);
+    }
+    start(scope, "scan", teller, move || scan::scan(stage.tracks, stage.decoder(), stage.shared, stage.line));
+    let mut is_waiting = false;
+    loop {
+        let is_known = stage.shared.lock().timeline.is_complete;
+        let wait = match (head.is_busy() && !is_waiting, head.is_moving() || is_waiting, is_known) {
+            (true, ..) => Duration::ZERO,
+            (_, true, _) => FRAME,
+            (_, _, false) => PROGRESS,
+            _ if stage.shared.lock().is_looking() => PROGRESS,
+            _ => Duration::from_secs(1),
+        };
+        match orders.recv_timeout(wait) {
+            Ok(order) => {
+                for order in std::iter::once(order).chain(orders.try_iter()) {
+                    if let Order::Look(filter) = &order {
+                        let number = stage.shared.lock().begin_look(filter.is_some());
+                        let mut decoder = stage.decoder();
+                        decoder.filter = filter.clone().map(Arc::new);
+                        if filter.is_some() {
+                            start(scope, "look", teller, move || {
+                                scan::look(stage.tracks, decoder, stage.shared, stage.line, number)
+                            });
+                        }
+                    }
+                    head.order(order);
+                }
+            }
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => return Ok(()),
+        }
+        let begun = now();
+        is_waiting = head.work(clock.realtime(), &mut || begun.elapsed() < SLICE)?;
+        show(&mut head, teller);
+    }
+}
+
+fn now() -> Instant {
+    #[expect(clippy::disallowed_methods, reason = "how long to work before looking up depends on real time")]
+    Instant::now()
+}
+
+/// Starts a thread, which says what goes wrong.
+fn start<'scope>(
+    scope: &'scope Scope<'scope, '_>,
+    name: &str,
+    teller: &Teller,
+    work: impl FnOnce() -> Result<(), Failure> + Send + 'scope,
+) {
+    let started = Builder::new().name(name.to_owned()).spawn_scoped(scope, move || {
+        if let Err(failure) = work() {
+            failure.say();
+        }
+    });
+    if let Err(error) = started {
+        teller.tell(Word::Said(Tone::Bad, format!("cannot start a thread: {error}")));
+    }
+}
+
+/// Shows what has changed.
+fn show(head: &mut Head<'_, '_>, teller: &Teller) {
+    teller.tell(Word::Replay(Box::new(head.state())));
+    if let Some((change, store)) = head.take_change() {
+        match change {
+            Change::Replaced => teller.replace(store),
+            Change::Grown | Change::None => teller.show(store),
+        }
+    }
+    if let Some(text) = head.take_said() {
+        teller.tell(Word::Said(Tone::Info, text));
+    }
+}
