@@ -214,7 +214,10 @@ impl Feed {
         if let Some(health) = self.health(bus) {
             let busy_ns = character_ns.saturating_mul(i64::try_from(length).unwrap_or(i64::MAX));
             health.run(end, length, busy_ns, matches!(kind, RunKind::Damaged(_)));
-            health.uncertainty_ns = health.uncertainty_ns.max(run.uncertainty_ns);
+            if run.time.is_some() {
+                health.blur.take(run.uncertainty_ns);
+                health.worst_blur_ns = health.worst_blur_ns.max(run.uncertainty_ns);
+            }
             if let Some(gap) = run.gap {
                 health.gaps.take(gap.midpoint());
             }
