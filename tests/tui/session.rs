@@ -6,13 +6,14 @@ use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use rtutap::decode::chunk::{Chunk, ReadTime};
+use rtutap::decode::frame::{Boundary, Frame, Place, Role, WireTime};
 use rtutap::device::{Devices, Environment, Profiles};
 use rtutap::line::LineSettings;
 use rtutap::pipeline::{Event, Options, Pipeline};
 use rtutap::report::TimeStyle;
 use rtutap::report::words::Labels;
 use rtutap::simulate::{Adapter, Config, Scenario, Simulation};
-use rtutap::time::Timestamp;
+use rtutap::time::{Interval, Timestamp};
 use rtutap::tui::app::{self, App, Effect, Message};
 use rtutap::tui::store::{BusFacts, Feed, Finding, Severity};
 use rtutap::tui::view;
@@ -69,9 +70,24 @@ impl Source {
                 }
             }
             self.now = read.time;
+            self.feed.settle(self.pipeline.settled_frame_id());
         }
-        self.feed.settle(self.pipeline.settled_frame_id());
         self.feed.pass(self.now);
+    }
+
+    /// Takes so many small frames, one a millisecond.
+    pub fn flood(&mut self, frames: u64) {
+        let bytes = [1, 3, 0x26, 0, 0, 4, 0x4f, 0x41];
+        for id in 0..frames {
+            let time = Timestamp::from_ns(i64::try_from(id).expect("few") * 1_000_000);
+            let at = Interval::new(time, time);
+            let time = Some(WireTime { start: at, end: at });
+            let place =
+                Place { id, stream_offset: id * 8, bytes: &bytes, time, gap_before: None, line_errors: &[] };
+            let (role, boundary) = (Role::Request, Boundary::Length);
+            let frame = Frame { place, role, echo: false, boundary, confidence: 1.0 };
+            self.feed.event("bus0", &Event::Frame(frame));
+        }
     }
 
     /// Adds findings about the first frames.

@@ -13,7 +13,9 @@ fn every_row_copied_as_json_is_the_line_that_decode_prints() {
     for (list, count) in [(List::Exchanges, &mut exchanges), (List::Frames, &mut runs)] {
         for row in store.list(list).iter().filter(|row| !matches!(row, Row::Remark(_))) {
             let json = RowJson::new(store, row).to_string();
-            assert!(source.json.contains(&json), "{json}");
+            let same = json.split_once(",\"bus\"").map_or("", |(id, _)| id);
+            let printed = source.json.iter().find(|line| line.starts_with(same));
+            assert_eq!(Some(&json), printed);
             *count += 1;
         }
     }

@@ -73,7 +73,7 @@ fn the_bytes_of_the_selected_field_are_lit() {
         assert_eq!(detail.nodes[node].label, "start register");
         let buffer = session.buffer();
         let hex = session.app.regions().hex.expect("bytes");
-        let style = |byte: u16| buffer[(hex.x + 7 + 3 * byte, hex.y + 1)].style();
+        let style = |byte: u16| buffer[(hex.x + 6 + 3 * byte, hex.y + 1)].style();
         assert_eq!(style(2), style(3));
         assert_ne!(style(1), style(2));
         assert_ne!(style(3), style(4));
@@ -90,6 +90,15 @@ fn a_read_glows_and_fades() {
         let y = 2 + session.app.devices.list(session.app.store()).iter().position(|it| it.address == last.address).expect("listed") as u16;
         (buffer[(0, y)].symbol().to_owned(), buffer[(0, y)].fg, buffer[(0, y)].modifier)
     };
+    // Until an answer has just come.
+    let is_fresh = |session: &Session| {
+        let store = session.app.store();
+        let last = store.devices().iter().filter_map(|device| device.read).max();
+        store.now().zip(last).is_some_and(|(now, last)| now - last < 100_000_000)
+    };
+    while !is_fresh(&session) {
+        session.grow(1);
+    }
     let fresh = style(&session);
     assert_eq!((fresh.0.as_str(), fresh.1), ("←", Color::Cyan));
     assert!(fresh.2.contains(Modifier::BOLD));

@@ -176,12 +176,12 @@ fn histogram(app: &App, bus: &Bus, kind: Kind, area: Rect, buffer: &mut Buffer) 
         for (name, ns) in [("1.5", bus.line.t1_5_ns()), ("3.5", bus.line.t3_5_ns())] {
             let x = column(ns);
             for y in plot.y + 1..plot.bottom() {
-                if x < area.right() && buffer[(x, y)].symbol() == " " {
+                if buffer.cell((x, y)).is_some_and(|cell| cell.symbol() == " ") {
                     put(buffer, area, x, y, "┊", theme.strong);
                 }
             }
             // At the top, where the bars of such short gaps rarely are.
-            if x < area.right() && buffer[(x, plot.y)].symbol() == " " {
+            if buffer.cell((x, plot.y)).is_some_and(|cell| cell.symbol() == " ") {
                 put(buffer, area, x.saturating_sub(1), plot.y, name, theme.strong);
             }
         }

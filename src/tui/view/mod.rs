@@ -29,7 +29,7 @@ use super::widget::text::put;
 use crate::time::{MILLISECOND, Span};
 pub use detail::first_node;
 pub use findings::heights as finding_heights;
-pub use hex::byte_at;
+pub use hex::{byte_at, in_line};
 
 /// From how many columns and lines on there is something to see.
 const LEAST: (u16, u16) = (24, 5);

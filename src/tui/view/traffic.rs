@@ -122,7 +122,7 @@ fn columns(app: &App, width: u16) -> Vec<Placed> {
             Column::Bus if has_buses => (8, 0, 6),
             Column::Bus => (0, 0, 0),
             Column::Address => (4, 0, 1),
-            Column::Device => (if is_frames { 9 } else { 13 }, 0, 7),
+            Column::Device => (if is_frames { 10 } else { 13 }, 0, 7),
             Column::Command => (if is_frames { 8 } else { 15 }, if is_wide { 7 } else { 0 }, 4),
             Column::Latency => (10, 0, 8),
             Column::Said => (19, u16::MAX, 0),
