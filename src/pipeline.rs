@@ -571,15 +571,11 @@ fn transaction<'a>(store: &'a Store, current: &Current) -> Transaction<'a> {
     };
     let (request, response) = (request.as_ref().map(side), response.as_ref().map(side));
     // A good frame leads: the request's, or else the response's.
-    let good = |side: &Option<Side<'a>>| match side {
-        Some(Side { bytes, damaged: false, .. }) => Some(*bytes),
-        _ => None,
-    };
-    let answer = good(&response);
-    let (lead, role) = match (good(&request), answer) {
-        (Some(request), _) => (request, Role::Request),
-        (None, Some(response)) => (response, Role::Response),
-        (None, None) => (&[][..], Role::Unknown), // does not occur: a transaction has a good frame
+    let answer = response.as_ref().filter(|side| !side.damaged).map(|side| side.bytes);
+    let (lead, role) = match (&request, answer) {
+        (Some(Side { bytes, damaged: false, .. }), _) => (*bytes, Role::Request),
+        (_, Some(response)) => (response, Role::Response),
+        (_, None) => (&[][..], Role::Unknown), // does not occur: a transaction has a good frame
     };
     let time = |side: &Option<Side<'_>>| side.as_ref()?.time;
     let latency = time(&request).zip(time(&response));

@@ -8,9 +8,9 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::failure::Failure;
-use super::{ahead, message};
 use super::progress::Progress;
 use super::session::{Origin, Session, Setup, Sink};
+use super::{ahead, message};
 use crate::capture::mcap::{Anchor, BusSettings, Facts, Preface, part_path};
 use crate::capture::{BUS, Input, InputFormat, Item};
 use crate::cli;
