@@ -330,7 +330,7 @@ fn read_input(
             bytes += chunk.bytes.len();
         }
         if !session.take(&item, sink)?
-            && let Item::Chunk { bus, .. } | Item::Lost { bus, .. } | Item::Silence { bus, .. } = item
+            && let Some(bus) = item.bus()
         {
             begin(input, bus, session, sink)?;
             session.take(&item, sink)?;
@@ -352,6 +352,10 @@ fn read_input(
             "no frame in {bytes} bytes of '{name}'; is it Modbus RTU, at this speed?"
         ));
         message::hint("check speed and character format (--line)");
+    }
+    if let Some(cut) = input.cut() {
+        message::warning(format_args!("'{}', {cut}", input.name()));
+        message::hint(cut.hint);
     }
     if let Some(back) = input.times_back() {
         let more = match back.count {
