@@ -1,7 +1,7 @@
 //! Decode, device and analyze joined: the bytes of a bus go in, events come out.
 //!
-//! Time is chunk time: [`Pipeline::handle_bytes`] first fires every deadline up to its chunk's read time, so that a
-//! live bus and its recording decide alike.
+//! Time is chunk time: [`Pipeline::handle_bytes`] first fires every deadline up to when the first of its bytes was
+//! there at the latest, so that a live bus and its recording decide alike.
 
 use std::sync::Arc;
 
@@ -147,7 +147,7 @@ impl Pipeline {
 
     /// Takes in the bytes of one read, with its times and line errors; fires the deadlines before it first.
     pub fn handle_bytes(&mut self, chunk: &Chunk<'_>) {
-        if let Some(silent_until) = self.framer.stamper().silent_until(chunk.time) {
+        if let Some(silent_until) = self.framer.stamper().silent_until(chunk.time, chunk.bytes.len()) {
             self.handle_timeout(silent_until);
         } else {
             self.pump();
