@@ -109,7 +109,7 @@ fn most_undecided(reads: &[Read]) -> u64 {
     };
     let mut most = 0;
     for read in reads {
-        if let Some(now) = framer.stamper().silent_until(read.time) {
+        if let Some(now) = framer.stamper().silent_until(read.time, read.bytes.len()) {
             framer.expire(now);
             take(&mut framer);
         }
