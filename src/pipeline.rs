@@ -347,8 +347,9 @@ impl Pipeline {
             Some(_) => {
                 // So late that only pairing can tell.
                 self.adopt();
+                let gap_before = self.gap_before(offset, part.time);
                 let item = Asked { part, readings, confidence, at }.item(self.framer.store());
-                self.pair(item, &readings);
+                self.pair(Item { gap_before, ..item }, &readings);
             }
             None => {
                 self.asked = Some(Asked { part, readings, confidence, at });
