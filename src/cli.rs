@@ -106,8 +106,20 @@ is one read, such as
   2026-01-01T00:00:00.123456Z > 01 03 26 00 00 04 4f 41   # a comment
   1767225600.141 0x01,0x03,0x08
 
-with a time (RFC 3339, or seconds with a decimal point) or without. A comment '# line 19200-8E1'
-before the first byte gives the line settings. Raw bytes and lines without times have no times.
+with a time (RFC 3339, or seconds with a decimal point) or without, which says when the last byte of the line
+had been received. A comment '# line 19200-8E1' before the first byte gives the line settings. Raw bytes and
+lines without times have no times, and so no latencies.
+
+A table is CSV with a header that names a time column (time, start_time or timestamp, with a unit as in
+'Time [ms]', else in seconds) and a byte column (data, value or byte, in hexadecimal). A time is that of the start
+bit. This makes one of what sigrok-cli prints, here for 1 MHz:
+
+  sigrok-cli -i bus.sr -P uart:rx=D0:baudrate=9600 -A uart=rx-data --protocol-decoder-samplenum |
+    awk -v rate=1000000 -F'[-: ]+' 'BEGIN { print \"time,data\" } { printf \"%.9f,0x%s\\n\", $1 / rate, $NF }' |
+    rtutap decode -
+
+JSON lines have every key in every row; what is not known is null. Times are nanoseconds since the Unix epoch, bytes
+lower-case hex, and a value that was a float on the wire is the shortest decimal that reads back to it.
 
 Examples:
   rtutap decode capture.hex --filter 'addr == 1 && temperature > 20'

@@ -11,7 +11,6 @@ use clap::ValueEnum;
 use etcetera::BaseStrategy;
 
 use crate::cli::{self, Assignment, Command, Nanoseconds, RowFormat, ShowKind, TimeKind};
-use crate::line::LineSettings;
 use crate::section::{self, Located, Problem, Section, nearest};
 use crate::tui::action::{ACTIONS, Action};
 use crate::tui::keymap::{Key, Keymap};
@@ -21,7 +20,7 @@ use crate::tui::theme::ThemeKind;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Config {
     /// Speed and character format.
-    pub line: Option<LineSettings>,
+    pub line: Option<cli::Line>,
     /// The longest time the adapter keeps a byte back.
     pub adapter_hold: Option<Nanoseconds>,
     /// What device is at which address.
@@ -177,13 +176,17 @@ impl Config {
     }
 
     fn complete_bus(self, bus: &mut cli::Bus) {
-        bus.line = bus.line.or(self.line);
+        // A recording was made with some settings: there is nothing to find.
+        bus.line = bus.line.or(match self.line {
+            Some(cli::Line::Is(line)) => Some(line),
+            Some(cli::Line::Auto) | None => None,
+        });
         bus.adapter_hold = bus.adapter_hold.or(self.adapter_hold);
         self.complete_equipment(&mut bus.equipment);
     }
 
     fn complete_live(self, live: &mut cli::Live) {
-        live.line = live.line.or(self.line.map(cli::Line::Is));
+        live.line = live.line.or(self.line);
         live.adapter_hold = live.adapter_hold.or(self.adapter_hold);
         self.complete_equipment(&mut live.equipment);
     }
@@ -302,6 +305,7 @@ fn choice<T: ValueEnum>(section: &Section<'_>, key: &str, word: Located<&str>) -
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::line::LineSettings;
 
     const SAMPLE: &str = include_str!("../config.sample.toml");
 
@@ -315,7 +319,7 @@ mod tests {
             })
             .collect();
         let config = Config::from_toml(&text).expect("good");
-        assert_eq!(config.line, Some(LineSettings::default()));
+        assert_eq!(config.line, Some(cli::Line::Is(LineSettings::default())));
         assert_eq!(config.adapter_hold, Some(Nanoseconds(16_000_000)));
         assert_eq!(config.devices, [Assignment { address: 3, device: "yosemitech-do".into() }]);
         assert_eq!(config.profiles, [PathBuf::from("my-device.toml")]);

@@ -106,10 +106,14 @@ impl Stamper {
         self.hold_ns
     }
 
-    /// Returns the time of silences before a chunk: its read's, or for untimed input that of the read before.
-    pub fn silent_until(&self, time: ReadTime) -> Option<Timestamp> {
+    /// Returns up to when a read of `length` bytes may have been preceded by silence: the latest end of its first byte,
+    /// for a read that comes late was no silence; for untimed input the time of the read before.
+    pub fn silent_until(&self, time: ReadTime, length: usize) -> Option<Timestamp> {
         match time {
-            ReadTime::At(at) => Some(self.last_read.map_or(at, |last| last.max(at))),
+            ReadTime::At(at) => {
+                let first = at - self.run_ns((length as u64).saturating_sub(1));
+                Some(self.last_read.map_or(first, |last| last.max(first)))
+            }
             ReadTime::Unknown | ReadTime::UnknownAfterSilence => self.last_read,
         }
     }
@@ -124,25 +128,24 @@ impl Stamper {
         }
     }
 
-    /// Takes in the read of `length` bytes; 0 changes nothing.
-    pub fn push(&mut self, time: ReadTime, length: usize) {
-        if length == 0 {
-            return;
-        }
+    /// Takes in the read of `length` bytes, 0 of which change nothing; returns its time as [`Stamper::read_time`] does.
+    pub fn push(&mut self, time: ReadTime, length: usize) -> Timestamp {
         let read = self.read_time(time, length);
+        let Some(left) = (length as u64).checked_sub(1) else { return read };
         let timed = matches!(time, ReadTime::At(_));
         self.timed |= timed;
         let length = length as u64;
         if timed && !self.hold_known && length > 1 {
             self.hold_ns = self.hold_ns.max(self.hold_seen_ns(length));
         }
-        let entry = self.bound(read, timed, matches!(time, ReadTime::UnknownAfterSilence), length);
-        self.tighten(self.first_latest(&entry) - self.character_ns);
-        let run = self.run_ns(length - 1);
+        let run = self.run_ns(left);
+        let entry = self.bound(read, timed, matches!(time, ReadTime::UnknownAfterSilence), length, run);
+        self.tighten(entry.latest - run - self.character_ns);
         self.last = timed.then_some((entry.certain + run, entry.earliest + run));
         self.last_read = Some(read);
         self.end += length;
         self.reads.push_back(entry);
+        read
     }
 
     /// Estimates from a read of several bytes how long the adapter keeps a byte back, in nanoseconds: it collects
@@ -156,9 +159,9 @@ impl Stamper {
         if self.hold_ns > 0 { self.hold_ns + USB_NS + WAKE_NS } else { WAKE_NS }
     }
 
-    /// Bounds a read's bytes by itself and the read before.
-    fn bound(&self, read: Timestamp, timed: bool, after_silence: bool, length: u64) -> Read {
-        let first_latest = read - self.run_ns(length - 1);
+    /// Bounds a read's bytes by itself and the read before; `run` is from its first byte's end to its last byte's.
+    fn bound(&self, read: Timestamp, timed: bool, after_silence: bool, length: u64, run: i64) -> Read {
+        let first_latest = read - run;
         let held = self.held_ns();
         let certain = match (self.last, self.last_read) {
             (Some((certain, _)), Some(last_read)) => (certain + self.character_ns).max(last_read - held),
@@ -171,7 +174,7 @@ impl Stamper {
         // Bytes that come faster than the line's speed allows: some time is wrong by as much as they contradict.
         let wrong = (chained - first_latest).max(0);
         let earliest = chained - wrong;
-        let latest = if wrong > 0 { chained + wrong + self.run_ns(length - 1) } else { read };
+        let latest = if wrong > 0 { chained + wrong + run } else { read };
         Read {
             offset: self.end,
             length,
@@ -198,11 +201,8 @@ impl Stamper {
     }
 
     fn run_ns(&self, characters: u64) -> i64 {
-        self.character_ns.saturating_mul(i64::try_from(characters).unwrap_or(i64::MAX))
-    }
-
-    fn first_latest(&self, read: &Read) -> Timestamp {
-        read.latest - self.run_ns(read.length - 1)
+        // No stream has 2^63 bytes.
+        self.character_ns.saturating_mul(characters as i64)
     }
 
     /// Forgets the bytes before `offset`.
@@ -212,8 +212,16 @@ impl Stamper {
         }
     }
 
+    #[inline]
     fn find(&self, offset: u64) -> Option<&Read> {
-        // Nearly all questions are about the latest reads.
+        // Nearly all questions are about the latest read, and the others about those right before it.
+        match self.reads.back() {
+            Some(last) if offset >= last.offset => (offset < last.offset + last.length).then_some(last),
+            _ => self.find_earlier(offset),
+        }
+    }
+
+    fn find_earlier(&self, offset: u64) -> Option<&Read> {
         let mut latest = self.reads.iter().rev().take(LATEST);
         if let Some(read) = latest.find(|read| offset >= read.offset) {
             return (offset < read.offset + read.length).then_some(read);
@@ -328,6 +336,15 @@ mod tests {
             late.earliest,
             Timestamp::from_ns(5000 * MILLISECOND - 16 * MILLISECOND - USB_NS - WAKE_NS)
         );
+    }
+
+    #[test]
+    fn a_late_read_was_silent_only_until_its_first_byte() {
+        let mut stamper = stamper(None);
+        stamper.push(at(1000), 1);
+        let first = Timestamp::from_ns(1200 * MILLISECOND) - 99 * TC;
+        assert_eq!(stamper.silent_until(at(1200), 100), Some(first));
+        assert_eq!(stamper.silent_until(at(1010), 100), stamper.silent_until(at(1000), 0));
     }
 
     #[test]

@@ -63,7 +63,10 @@ pub fn outcome(row: &Transaction<'_>) -> Option<String> {
         Outcome::Answered | Outcome::Broadcast => return None,
         Outcome::NoResponse => "no response".to_owned(),
         Outcome::Exception => match row.exception_code {
-            Some(code) => format!("exception {}: {code}", code.0),
+            Some(code) => match code.name() {
+                Some(name) => format!("exception {}: {name}", code.0),
+                None => format!("exception {}", code.0),
+            },
             None => "exception".to_owned(),
         },
         Outcome::Late => "late".to_owned(),
@@ -104,7 +107,10 @@ pub fn write_meaning(line: &mut String, row: &Transaction<'_>, meaning: &Meaning
     if known || meaning.command().is_some() || meaning.likely().is_some() {
         return Ok(());
     }
-    let sides = [(row.request, Role::Request), (row.response, Role::Response)];
+    let mut sides = [(row.request, Role::Request), (row.response, Role::Response)];
+    if !is_write(row.function) {
+        sides.reverse();
+    }
     for (side, role) in sides {
         let Some(side) = side.filter(|side| !side.damaged) else { continue };
         if write_data(line, side, role)? {
@@ -112,6 +118,19 @@ pub fn write_meaning(line: &mut String, row: &Transaction<'_>, meaning: &Meaning
         }
     }
     Ok(())
+}
+
+/// Tells whether what a function is about is in its request.
+pub fn is_write(function: FunctionCode) -> bool {
+    matches!(
+        function,
+        FunctionCode::WRITE_SINGLE_COIL
+            | FunctionCode::WRITE_SINGLE_REGISTER
+            | FunctionCode::WRITE_MULTIPLE_COILS
+            | FunctionCode::WRITE_MULTIPLE_REGISTERS
+            | FunctionCode::WRITE_FILE_RECORD
+            | FunctionCode::MASK_WRITE_REGISTER
+    )
 }
 
 /// Writes what a PDU carries besides its header; tells whether there was something.
@@ -127,6 +146,16 @@ fn write_data(line: &mut String, side: Side<'_>, role: Role) -> Result<bool, fmt
                 | "quantity"
                 | "byte count"
                 | "register"
+                | "reference type"
+                | "file response length"
+                | "MEI type"
+                | "read device ID code"
+                | "conformity level"
+                | "more follows"
+                | "next object ID"
+                | "number of objects"
+                | "object ID"
+                | "object length"
         ) || field.span.end == side.bytes.len()
             || matches!(field.value, PduValue::Raw([]) | PduValue::Registers([]));
         if !is_header {

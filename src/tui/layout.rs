@@ -64,8 +64,7 @@ impl Regions {
 
     /// Returns how many bytes stand in a line of the hex pane.
     pub fn bytes_in_line(&self) -> usize {
-        let width = self.hex.map_or(0, |hex| hex.width);
-        if width >= 16 * 4 + 8 { 16 } else { 8 }
+        self.hex.map_or(8, super::view::in_line)
     }
 }
 

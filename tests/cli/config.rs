@@ -2,7 +2,7 @@
 
 use predicates::prelude::*;
 use rtutap::cli::{RowFormat, ShowKind, TimeKind};
-use rtutap::config::Config;
+use rtutap::config::{Config, Screen};
 use rtutap::device::Environment;
 
 use crate::{rtutap, stdout};
@@ -22,6 +22,7 @@ fn config(text: &str) -> (tempfile::TempDir, String) {
 fn the_sample_says_exactly_what_holds_without_it() {
     let environment = Environment::default();
     let defaults = Config {
+        screen: Screen::default(),
         line: None,
         adapter_hold: None,
         devices: Vec::new(),
@@ -53,6 +54,14 @@ fn flags_go_before_the_environment_and_that_before_the_file_and_that_before_the_
     assert_eq!(line(&[], Some("4800-8N2"), true), "4800-8N2");
     assert_eq!(line(&[], None, true), "19200-8E1");
     assert_eq!(line(&[], None, false), "9600-8N1");
+    // What is recorded has settings; only live ports have them found.
+    std::fs::write(&path, "line = 'auto'\n").expect("a file");
+    assert_eq!(line(&[], None, true), "9600-8N1");
+    let mut listen = rtutap(&["listen", "tcp://127.0.0.1:9", "--config", &path]);
+    listen
+        .assert()
+        .code(2)
+        .stderr(predicate::str::contains("no line settings that --line auto could change"));
 }
 
 #[test]

@@ -2,6 +2,7 @@
 //!
 //! Complete, unfinished, damaged and still growing files are read alike. Memory stays flat: one chunk at a time.
 
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 
@@ -20,6 +21,8 @@ use crate::time::Timestamp;
 pub struct Facts {
     /// The session it is a part of.
     pub session: Option<Session>,
+    /// What is known of each bus and its adapter, as [`super::BusSettings::facts`] has it.
+    pub buses: BTreeMap<String, BTreeMap<String, String>>,
     /// Whether the file ends with its index, which says where everything is.
     pub is_indexed: bool,
     /// Why it was closed; `None` for a recording that was not.
@@ -93,7 +96,7 @@ pub struct Place {
 /// Is where the bytes of a file come from.
 pub(super) enum Source {
     File(File),
-    Stream(Box<dyn Read>),
+    Stream(Box<dyn Read + Send>),
 }
 
 impl Read for Source {
@@ -133,7 +136,7 @@ impl Recording {
     }
 
     /// Reads a stream from beginning to end.
-    pub fn from_stream(stream: Box<dyn Read>) -> Self {
+    pub fn from_stream(stream: Box<dyn Read + Send>) -> Self {
         Recording::new(Source::Stream(stream))
     }
 

@@ -46,12 +46,13 @@ impl DevicesState {
     pub fn list<'a>(&self, store: &'a Store) -> Vec<&'a Device> {
         let mut devices: Vec<&Device> = store.devices().iter().map(|device| &**device).collect();
         let latency = |device: &Device| device.latency.map_or(0, |latency| latency.midpoint());
+        let polls = |device: &Device| device.polls_per_second(store.now()).unwrap_or(0.0);
         match self.sort {
             DeviceSort::Address => {}
             DeviceSort::Errors => devices.sort_by_key(|device| std::cmp::Reverse(device.errors())),
             DeviceSort::Latency => devices.sort_by_key(|device| std::cmp::Reverse(latency(device))),
             DeviceSort::Polls => devices.sort_by(|a, b| {
-                b.polls_per_second().unwrap_or(0.0).total_cmp(&a.polls_per_second().unwrap_or(0.0))
+                polls(b).total_cmp(&polls(a))
             }),
         }
         devices

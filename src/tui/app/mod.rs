@@ -660,7 +660,12 @@ impl App {
             Action::Down => traffic.step(store, 1, height),
             Action::PageUp => traffic.step(store, -page, height),
             Action::PageDown => traffic.step(store, page, height),
-            Action::Top => traffic.go(store, 0, height),
+            Action::Top => {
+                traffic.go(store, 0, height);
+                if store.list(traffic.list).first_kept() > 0 {
+                    self.say(Tone::Info, "older rows have left memory; the recording has them");
+                }
+            }
             Action::Bottom => traffic.follow(store, height),
             Action::Open => {
                 traffic.pane = Pane::Tree;

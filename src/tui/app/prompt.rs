@@ -177,7 +177,15 @@ impl Prompt {
         self.error = match self.ask {
             _ if text.is_empty() => None,
             Ask::Filter | Ask::Break => {
-                Filter::parse(self.input.value()).err().map(|error| (error.column(), error.to_string()))
+                Filter::parse(self.input.value()).err().map(|error| {
+                    // What may have been meant comes first: it is read first, and not cut.
+                    let (column, expected) = (error.column(), error.expected());
+                    let text = match error.hint() {
+                        Some(hint) => format!("column {column}: {hint}; expected {expected}"),
+                        None => format!("column {column}: expected {expected}"),
+                    };
+                    (column, text)
+                })
             }
             Ask::Time => time_filter(text).err().map(|message| (1, message)),
             Ask::Search | Ask::Note | Ask::Export => None,

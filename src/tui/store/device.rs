@@ -170,11 +170,18 @@ impl Device {
             .sum()
     }
 
-    /// Returns how often it is asked a second, of late; `None` after a single request.
-    pub fn polls_per_second(&self) -> Option<f64> {
-        let (first, last) = (self.polls.front()?, self.polls.back()?);
-        let elapsed = (*last - *first) as f64 / SECOND as f64;
-        (elapsed > 0.0).then(|| (self.polls.len() - 1) as f64 / elapsed)
+    /// Returns how often it is asked a second, of late, as of now; `None` after a single request.
+    pub fn polls_per_second(&self, now: Option<Timestamp>) -> Option<f64> {
+        let (first, last) = (*self.polls.front()?, *self.polls.back()?);
+        let count = i64::try_from(self.polls.len()).unwrap_or(i64::MAX) - 1;
+        if count < 1 {
+            return None;
+        }
+        let usual = (last - first) / count;
+        // When the next request is overdue, the wait for it counts, too.
+        let waited = now.map_or(0, |now| now - last);
+        let elapsed = if waited > usual.saturating_mul(2) { last - first + waited } else { last - first };
+        (elapsed > 0).then(|| count as f64 / (elapsed as f64 / SECOND as f64))
     }
 
     /// Forgets all but the latest points of each series.

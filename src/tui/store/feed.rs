@@ -12,7 +12,6 @@ use super::names::Names;
 use super::row::{Exchange, Field, Remark, RemarkKind, Row, Run, RunKind, Value};
 use super::{Bus, Rows, Store};
 use crate::decode::frame::{Damaged, Frame, Place, Role};
-use crate::decode::function::FunctionCode;
 use crate::decode::pdu::{self, PduValue};
 use crate::decode::transaction::{Outcome, Transaction};
 use crate::device::{self, Identified, Meaning, Reading};
@@ -239,7 +238,10 @@ impl Feed {
         if let Some(health) = self.health(bus) {
             let busy_ns = character_ns.saturating_mul(i64::try_from(length).unwrap_or(i64::MAX));
             health.run(end, length, busy_ns, matches!(kind, RunKind::Damaged(_)));
-            health.uncertainty_ns = health.uncertainty_ns.max(run.uncertainty_ns);
+            if run.time.is_some() {
+                health.blur.take(run.uncertainty_ns);
+                health.worst_blur_ns = health.worst_blur_ns.max(run.uncertainty_ns);
+            }
             if let Some(gap) = run.gap {
                 health.gaps.take(gap.midpoint());
             }
@@ -413,7 +415,7 @@ impl Feed {
             device.latencies.keep(MOST_LATENCIES);
         }
         let is_answered = matches!(row.outcome, Outcome::Answered | Outcome::Late);
-        let is_write = is_write(row.function);
+        let is_write = words::is_write(row.function);
         match is_write {
             true if is_answered => device.written = exchange.end,
             false if is_answered => device.read = exchange.end,
@@ -441,19 +443,6 @@ impl Feed {
             history: super::Pages::default(),
         }
     }
-}
-
-/// Tells whether a function changes something in the device.
-fn is_write(function: FunctionCode) -> bool {
-    matches!(
-        function,
-        FunctionCode::WRITE_SINGLE_COIL
-            | FunctionCode::WRITE_SINGLE_REGISTER
-            | FunctionCode::WRITE_MULTIPLE_COILS
-            | FunctionCode::WRITE_MULTIPLE_REGISTERS
-            | FunctionCode::MASK_WRITE_REGISTER
-            | FunctionCode::READ_WRITE_MULTIPLE_REGISTERS
-    )
 }
 
 /// Finds the number of a frame that came a moment ago.
@@ -531,8 +520,10 @@ fn number(value: &Value) -> Option<f64> {
 
 /// Returns the registers that an exchange read or wrote, with their raw words.
 fn register(exchange: &Exchange, row: &Transaction<'_>) -> Option<Register> {
-    let side = if is_write(row.function) { row.request } else { row.response };
-    let role = if is_write(row.function) { Role::Request } else { Role::Response };
+    let (side, role) = match words::is_write(row.function) {
+        true => (row.request, Role::Request),
+        false => (row.response, Role::Response),
+    };
     let dissection = side.filter(|side| !side.damaged).map(|side| pdu::dissect(side.bytes, role));
     let words = dissection.and_then(|dissection| {
         dissection.fields.iter().find_map(|field| match field.value {

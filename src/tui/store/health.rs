@@ -31,8 +31,10 @@ pub struct Health {
     pub latency: Histogram,
     /// From the end of a frame to the start of the next.
     pub gaps: Histogram,
-    /// The largest `±` of a time so far, in nanoseconds.
-    pub uncertainty_ns: i64,
+    /// The `±` of the times of frames.
+    pub blur: Histogram,
+    /// The largest of them, in nanoseconds.
+    pub worst_blur_ns: i64,
     /// Transactions by outcome, in the order of [`Outcome::ALL`].
     pub outcomes: [u64; Outcome::ALL.len()],
     /// Damaged runs by [`Reason`], in the order of its declaration.
@@ -62,6 +64,11 @@ impl Health {
     /// Returns how many transactions there were.
     pub fn transactions(&self) -> u64 {
         self.outcomes.iter().sum()
+    }
+
+    /// Returns how far the adapter blurs times: nineteen of twenty are within `±` this, in nanoseconds.
+    pub fn blur_ns(&self) -> i64 {
+        self.blur.quantile(0.95).map_or(0, |quantile| quantile.min(self.worst_blur_ns))
     }
 
     /// Takes a frame or damaged run that ended then.

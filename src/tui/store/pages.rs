@@ -151,7 +151,9 @@ mod tests {
     #[test]
     fn a_copy_does_not_see_what_comes_later() {
         let mut pages = Pages::default();
-        (0..300).for_each(|value| drop(pages.push(value)));
+        for value in 0..300 {
+            pages.push(value);
+        }
         let copy = pages.clone();
         pages.push(300);
         *pages.get_mut(299).expect("kept") = -1;

@@ -143,7 +143,7 @@ fn line(app: &App, device: &Device, area: Rect, inner: Rect, y: u16, columns: &[
                 (since.unwrap_or_default(), theme.dim)
             }
             7 => {
-                let polls = device.polls_per_second().map(|polls| format!("{polls:.1}/s"));
+                let polls = device.polls_per_second(app.store().now()).map(|polls| format!("{polls:.1}/s"));
                 (polls.unwrap_or_default(), theme.dim)
             }
             8 => {

@@ -16,7 +16,10 @@ use crate::tui::app::traffic::Pane;
 use crate::tui::widget::text::put;
 
 /// Where the bytes begin in a line.
-const BYTES: u16 = 7;
+const BYTES: u16 = 6;
+
+/// From which width on sixteen bytes stand in a line: with their letters they take four columns each.
+const WIDE_FROM: u16 = BYTES + 16 * 4 + 1;
 
 /// Is a line of the pane.
 enum Line {
@@ -39,8 +42,9 @@ fn lines(detail: &Detail, in_line: usize) -> Vec<Line> {
     lines
 }
 
-fn in_line(area: Rect) -> usize {
-    if area.width >= 16 * 4 + 8 { 16 } else { 8 }
+/// Returns how many bytes stand in a line.
+pub fn in_line(area: Rect) -> usize {
+    if area.width >= WIDE_FROM { 16 } else { 8 }
 }
 
 /// Returns the first line on the screen, so that the selected byte is on it.

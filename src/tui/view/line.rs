@@ -54,10 +54,13 @@ pub(super) fn draw(app: &App, regions: &Regions, buffer: &mut Buffer) -> Option<
 fn hint(app: &App, prompt: &Prompt, regions: &Regions, buffer: &mut Buffer) {
     let Some(area) = regions.hint else { return };
     let mut x = area.x + 1;
-    if let Some((_, error)) = &prompt.error {
-        // While a word is typed it is no error yet, but there is more to come.
+    let error = prompt.error.as_ref().map(|(column, error)| (*column, error.as_str()));
+    // While a word is typed that may become right, what it may become is said first.
+    let word_at = prompt.text().get(..prompt.completion.start).map_or(0, |before| before.chars().count());
+    let is_unfinished = error.is_some_and(|(column, _)| column > word_at) && !prompt.completion.words.is_empty();
+    if let Some((_, error)) = error.filter(|_| !is_unfinished) {
         x = put(buffer, area, x, area.y, error, app.theme.bad) + 2;
-    } else if prompt.ask.is_filter() && !prompt.text().is_empty() {
+    } else if error.is_none() && prompt.ask.is_filter() && !prompt.text().is_empty() {
         x = put(buffer, area, x, area.y, "⏎ applies", app.theme.dim) + 2;
     }
     for (at, word) in prompt.completion.words.iter().enumerate() {
@@ -69,5 +72,11 @@ fn hint(app: &App, prompt: &Prompt, regions: &Regions, buffer: &mut Buffer) {
         }
         let style = if at == 0 { app.theme.strong } else { app.theme.dim };
         x = put(buffer, area, x, area.y, word, style) + 2;
+        if is_unfinished && at == 4 {
+            break;
+        }
+    }
+    if let Some((_, error)) = error.filter(|_| is_unfinished) {
+        put(buffer, area, x, area.y, error, app.theme.bad);
     }
 }

@@ -30,7 +30,7 @@ use super::widget::text::put;
 use crate::time::{MILLISECOND, Span};
 pub use detail::first_node;
 pub use findings::heights as finding_heights;
-pub use hex::byte_at;
+pub use hex::{byte_at, in_line};
 
 /// From how many columns and lines on there is something to see.
 const LEAST: (u16, u16) = (24, 5);
@@ -69,13 +69,13 @@ fn short_span(span: Option<Span>) -> String {
     let ms = |ns: i64| ns as f64 / MILLISECOND as f64;
     match span.map(|span| (ms(span.midpoint()), ms(span.half_width()))) {
         None => String::new(),
+        Some((middle, error)) if middle >= 10_000.0 && error < 1000.0 => format!("{:.1} s", middle / 1000.0),
         Some((middle, error)) if middle >= 10_000.0 => {
-            let _ = error;
-            format!("{:.0} s", middle / 1000.0)
+            format!("{:.0} ±{:.0} s", middle / 1000.0, error / 1000.0)
         }
-        Some((middle, error)) if error >= 1.0 => format!("{middle:.0} ±{error:.0} ms"),
-        Some((middle, _)) if middle >= 1000.0 => format!("{middle:.0} ms"),
-        Some((middle, error)) if error >= 0.1 => format!("{middle:.1} ±{error:.1}"),
+        // An error below a tenth of what is shown is not worth the room.
+        Some((middle, error)) if error >= 0.5 && error * 10.0 >= middle => format!("{middle:.0} ±{error:.0} ms"),
+        Some((middle, error)) if error >= 0.5 => format!("{middle:.0} ms"),
         Some((middle, _)) => format!("{middle:.1} ms"),
     }
 }

@@ -19,11 +19,13 @@ use crate::tui::app::App;
 use crate::tui::app::columns::Column;
 use crate::tui::app::traffic::Pane;
 use crate::tui::layout::Regions;
-use crate::tui::store::{List, RemarkKind, Row, Run, Tone};
+use crate::tui::store::{Exchange, Field, List, RemarkKind, Row, Run, Tone};
 use crate::tui::theme::glyph;
 use crate::tui::widget::columns::{Placed, Spec, fit};
 use crate::tui::widget::text::{put, put_right, shade, thousands, width};
 
+/// From how many columns on values have their names.
+const WORDS_FROM: u16 = 50;
 /// The columns for mark and tone, before all others.
 const MARKS: u16 = 2;
 
@@ -120,10 +122,10 @@ fn columns(app: &App, width: u16) -> Vec<Placed> {
             Column::Bus if has_buses => (8, 0, 6),
             Column::Bus => (0, 0, 0),
             Column::Address => (4, 0, 1),
-            Column::Device => (if is_frames { 9 } else { 13 }, 0, 7),
+            Column::Device => (if is_frames { 10 } else { 13 }, 0, 7),
             Column::Command => (if is_frames { 8 } else { 15 }, if is_wide { 7 } else { 0 }, 4),
             Column::Latency => (10, 0, 8),
-            Column::Said => (22, u16::MAX, 0),
+            Column::Said => (19, u16::MAX, 0),
         };
         let width = if app.traffic.columns.is_shown(*column) { width } else { 0 };
         Spec { width, extra, leaves }
@@ -243,6 +245,7 @@ fn said(app: &App, area: Rect, row: &Row, has_command: bool, buffer: &mut Buffer
                 (false, "done") => theme.dim,
                 (false, _) => theme.text,
             };
+            let rest = if area.width < WORDS_FROM { values(exchange, &rest) } else { rest };
             put(buffer, area, x, area.y, &rest, style);
         }
         Row::Run(run) => {
@@ -260,8 +263,27 @@ fn said(app: &App, area: Rect, row: &Row, has_command: bool, buffer: &mut Buffer
     }
 }
 
+/// Writes what an exchange said in little room: where a value has its unit, that says what it is.
+fn values(exchange: &Exchange, in_words: &str) -> String {
+    let fields = exchange.fields.iter().filter(|field| field.span.1 > 0);
+    let value = |field: &Field| {
+        let text = field.text.split_once(" (").map_or(&*field.text, |(value, _)| value);
+        let mark = if field.is_guess { "?" } else { "" };
+        match &field.unit {
+            Some(_) => format!("{text}{mark}"),
+            None => format!("{} {text}{mark}", field.name),
+        }
+    };
+    let values: Vec<String> = fields.map(value).collect();
+    if values.is_empty() {
+        return in_words.to_owned();
+    }
+    let separator = if in_words.starts_with(" · ") { " · " } else { "" };
+    format!("{separator}{}", values.join(" · "))
+}
+
 /// Tells whether a text is how an exchange ended, not what it said.
-fn is_outcome(exchange: &crate::tui::store::Exchange, text: &str) -> bool {
+fn is_outcome(exchange: &Exchange, text: &str) -> bool {
     use crate::decode::transaction::Outcome;
     match exchange.outcome {
         Outcome::Answered | Outcome::Broadcast => false,

@@ -1,5 +1,6 @@
 //! Small things that views are made of.
 
 pub mod bars;
+pub mod chart;
 pub mod columns;
 pub mod text;

@@ -1,5 +1,7 @@
 //! The sample captures decode to what they are said to hold, and can be made again.
 
+mod hex;
+
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 

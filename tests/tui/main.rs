@@ -1,0 +1,7 @@
+//! The terminal UI, driven without a terminal: what keys do, what views show, what styles mean.
+
+mod keys;
+mod session;
+mod store;
+mod styles;
+mod views;
