@@ -33,6 +33,9 @@ pub(super) fn draw(app: &App, regions: &Regions, buffer: &mut Buffer) {
         let Some(entry) = action.entry() else { continue };
         let key = app.shown_key(action);
         let short = match (action, app.is_frozen()) {
+            (Action::Freeze, _) if app.replay().is_some() => {
+                if app.replay().is_some_and(|replay| replay.is_playing) { "pause" } else { "play" }
+            }
             (Action::Freeze, true) => "go on",
             _ => entry.short,
         };

@@ -55,6 +55,12 @@ impl<'a> Checkpoints<'a> {
         self.list.get(at).cloned()
     }
 
+    /// Keeps one every so many bytes.
+    #[cfg(test)]
+    pub(super) fn every(apart: u64) -> Self {
+        Checkpoints { list: Vec::new(), apart }
+    }
+
     /// Returns how many there are.
     #[cfg(test)]
     pub(super) fn len(&self) -> usize {

@@ -107,17 +107,10 @@ impl<'a> Decoder<'a> {
     /// Returns where an item is that comes next.
     pub(super) fn elapsed_after(&self, item: &Item<'_>) -> i64 {
         let reached = self.reached.elapsed_ns;
-        let time = match item {
-            Item::Chunk { chunk, .. } => match chunk.time {
-                ReadTime::At(time) => Some(time),
-                ReadTime::Unknown | ReadTime::UnknownAfterSilence => {
-                    return reached.saturating_add(self.busy_ns(item));
-                }
-            },
-            Item::Lost { lost, .. } => lost.time,
-            Item::Silence { until, .. } => Some(*until),
-            Item::Line { .. } => None,
-        };
+        if is_untimed(item) {
+            return reached.saturating_add(self.busy_ns(item));
+        }
+        let time = time_of(item);
         let since = time.map(|time| self.reached.origin.map_or(0, |origin| time - origin));
         since.unwrap_or(reached).max(reached)
     }
@@ -136,16 +129,10 @@ impl<'a> Decoder<'a> {
     /// None that reading has not had before.
     pub(super) fn take(&mut self, item: &Item<'_>, line: LineSettings, hold_ns: Option<i64>) -> Result<(), Failure> {
         let mut sink = Into(&mut self.feed);
-        let (bus, time) = match item {
-            Item::Line { .. } => ("", None),
-            Item::Chunk { bus, chunk, .. } => match chunk.time {
-                ReadTime::At(time) => (*bus, Some(time)),
-                ReadTime::Unknown | ReadTime::UnknownAfterSilence => (*bus, None),
-            },
-            Item::Lost { bus, lost } => (*bus, lost.time),
-            Item::Silence { bus, until } => (*bus, Some(*until)),
-        };
-        if !self.session.has(bus) && !matches!(item, Item::Line { .. }) {
+        let time = time_of(item);
+        if let Item::Chunk { bus, .. } | Item::Lost { bus, .. } | Item::Silence { bus, .. } = *item
+            && !self.session.has(bus)
+        {
             let settings =
                 BusSettings { name: bus.to_owned(), line, adapter_hold_ns: hold_ns, ..BusSettings::default() };
             self.session.begin(settings, &mut sink)?;
@@ -203,4 +190,22 @@ impl<'a> Decoder<'a> {
     pub(super) fn forget(&mut self) {
         self.feed = self.feed.checkpoint(self.session.settled_frame_id());
     }
+}
+
+/// Returns when an item was received, where that is known.
+fn time_of(item: &Item<'_>) -> Option<Timestamp> {
+    match item {
+        Item::Chunk { chunk, .. } => match chunk.time {
+            ReadTime::At(time) => Some(time),
+            ReadTime::Unknown | ReadTime::UnknownAfterSilence => None,
+        },
+        Item::Lost { lost, .. } => lost.time,
+        Item::Silence { until, .. } => Some(*until),
+        Item::Line(_) | Item::Clock { .. } => None,
+    }
+}
+
+/// Tells whether an item has bytes without a time.
+fn is_untimed(item: &Item<'_>) -> bool {
+    matches!(item, Item::Chunk { chunk, .. } if !matches!(chunk.time, ReadTime::At(_)))
 }
