@@ -224,8 +224,7 @@ fn read(section: &Section<'_>) -> Option<Config> {
 
 /// Reads how the terminal UI looks and is used.
 fn screen(section: &Section<'_>) -> Screen {
-    let themes =
-        [("dark", ThemeKind::Dark), ("light", ThemeKind::Light), ("plain", ThemeKind::Plain)];
+    let themes = [("dark", ThemeKind::Dark), ("light", ThemeKind::Light), ("plain", ThemeKind::Plain)];
     let mut keymap = Keymap::default();
     if let Some(keys) = section.section("keys") {
         bind(&keys, &mut keymap);

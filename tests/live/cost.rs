@@ -51,7 +51,7 @@ fn a_line_follows_its_frame_within_5_ms() {
 }
 
 /// Returns the processor time of a process so far.
-fn processor_time(pid: u32) -> Duration {
+pub fn processor_time(pid: u32) -> Duration {
     let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).expect("a process");
     let (_, rest) = stat.rsplit_once(')').expect("the name in parentheses");
     let ticks: u64 = rest.split_whitespace().skip(11).take(2).map(|n| n.parse::<u64>().expect("ticks")).sum();

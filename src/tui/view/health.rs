@@ -142,11 +142,7 @@ fn histogram(app: &App, bus: &Bus, kind: Kind, area: Rect, buffer: &mut Buffer) 
         return;
     }
     let quantile = |share: f64| histogram.quantile(share).unwrap_or(0);
-    let summary = format!(
-        "half below {}, 95 % below {}",
-        age_ms(quantile(0.5)),
-        age_ms(quantile(0.95)),
-    );
+    let summary = format!("half below {}, 95 % below {}", age_ms(quantile(0.5)), age_ms(quantile(0.95)),);
     put(buffer, area, x + 2, area.y, &summary, theme.text);
     // From 100 µs on: nothing of interest is faster; as many columns a class as there is room for.
     let first = Histogram::class(100_000);
@@ -201,8 +197,7 @@ fn age_ms(ns: i64) -> String {
 /// Lists who answers how often, and who does not.
 fn shares(app: &App, area: Rect, buffer: &mut Buffer) {
     let theme = &app.theme;
-    let kinds =
-        [Outcome::Answered, Outcome::NoResponse, Outcome::Exception, Outcome::Damaged, Outcome::Late];
+    let kinds = [Outcome::Answered, Outcome::NoResponse, Outcome::Exception, Outcome::Damaged, Outcome::Late];
     let (wide, titles) = if area.width < 50 {
         (7, ["OK", "NONE", "EXC", "DAMAGE", "LATE"])
     } else {
@@ -257,7 +252,11 @@ fn line(app: &App, bus: &Bus, area: Rect, buffer: &mut Buffer) {
     if health.damaged() > 0 {
         let [crc, truncated, stray, noise] = health.reasons;
         let text = format!("damaged: {crc} crc, {truncated} truncated, {stray} stray, {noise} noise");
-        let bytes = format!(", {} bytes, {} of them stray", thousands(health.damaged_bytes), thousands(health.stray_bytes));
+        let bytes = format!(
+            ", {} bytes, {} of them stray",
+            thousands(health.damaged_bytes),
+            thousands(health.stray_bytes)
+        );
         lines.push((text + &bytes, theme.bad));
     }
     let [parity, breaks, overruns] = health.line_errors;
