@@ -130,17 +130,17 @@ fn command(device: &str, exchange: &Exchange) -> Option<&'static str> {
         (3, 0x260F, "yosemitech-sonde-v2") => "get-tds",
         (3, 0x2800, "yosemitech-ph") => "get-ph",
         (3, 0x2800, "yosemitech-ammonium") => "get-concentrations",
-        (3, 0x2900, "yosemitech-ph") => "get-calibration-coefficients",
-        (16, 0x2900, "yosemitech-ph") => "set-calibration-coefficients",
-        (16, 0x3100, "yosemitech-turbidity-wiper") => "start-brush",
-        (3, 0x3200, "yosemitech-turbidity-wiper") => "get-brush-interval",
-        (16, 0x3200, "yosemitech-turbidity-wiper") => "set-brush-interval",
+        (3, 0x2900, "yosemitech-ph") => "get-coefficients",
+        (16, 0x2900, "yosemitech-ph") => "set-coefficients",
+        (16, 0x3100, "yosemitech-turb-wiper") => "start-brush",
+        (3, 0x3200, "yosemitech-turb-wiper") => "get-brush-interval",
+        (16, 0x3200, "yosemitech-turb-wiper") => "set-brush-interval",
         (3, 0x3400, "yosemitech-orp") => "get-orp-calibration",
         (16, 0x3400, "yosemitech-orp") => "set-orp-calibration",
-        (3, 0x3400, "yosemitech-ammonium") => "get-ammonia-nitrogen-calibration",
-        (16, 0x3400, "yosemitech-ammonium") => "set-ammonia-nitrogen-calibration",
-        (3, 0x3600, "yosemitech-ammonium") => "get-ammonium-calibration",
-        (16, 0x3600, "yosemitech-ammonium") => "set-ammonium-calibration",
+        (3, 0x3400, "yosemitech-ammonium") => "get-nh3n-calibration",
+        (16, 0x3400, "yosemitech-ammonium") => "set-nh3n-calibration",
+        (3, 0x3600, "yosemitech-ammonium") => "get-nh4-calibration",
+        (16, 0x3600, "yosemitech-ammonium") => "set-nh4-calibration",
         (3, 0x3700, "yosemitech-ammonium") => "get-ion-potentials",
         (3, 0x0900, _) if is_probe => "get-serial-number",
         (3, 0x0E00, "yosemitech-sonde") => "get-brush-interval",
@@ -152,7 +152,7 @@ fn command(device: &str, exchange: &Exchange) -> Option<&'static str> {
         (3, 0x1400, "yosemitech-sonde") => "get-serial-number",
         (16, 0x1C00, "yosemitech-conductivity") => "start-measurement",
         (3, 0x1E00, "yosemitech-sonde") => "get-supply-voltage",
-        (3, 0x2500, "yosemitech-do" | "yosemitech-turbidity-wiper") => "start-measurement",
+        (3, 0x2500, "yosemitech-do" | "yosemitech-turb-wiper") => "start-measurement",
         (3, 0x2600, _) if is_probe => "get-measurement",
         (3, 0x2601, "yosemitech-sonde") => "get-measurement",
         (3, 0x2602, "yosemitech-conductivity") => "get-conductivity",
@@ -211,7 +211,7 @@ fn every_frame_of_the_family_decodes() {
     for vector in vectors(FAMILY).iter().filter(|vector| vector.name != MISPRINTED) {
         check_as(vector, vector.device.as_deref().expect("a profile"));
     }
-    check_assigned(Y511, "yosemitech-turbidity-wiper");
+    check_assigned(Y511, "yosemitech-turb-wiper");
 }
 
 #[test]
@@ -262,7 +262,7 @@ fn the_real_probe_is_known_once_its_serial_number_is_read() {
         }
         if was_read {
             assert_eq!(meaning.serial_number(), Some("YL2917050209"));
-            assert_eq!(meaning.device(), Some("yosemitech-turbidity-wiper"), "{}", vector.name);
+            assert_eq!(meaning.device(), Some("yosemitech-turb-wiper"), "{}", vector.name);
             check(&vector, &exchange, &meaning);
         }
     }

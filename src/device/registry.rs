@@ -13,7 +13,7 @@ const BUILT_IN: [(&str, &str); 15] = [
     ("yosemitech-sonde", include_str!("profiles/yosemitech-sonde.toml")),
     ("yosemitech-conductivity", include_str!("profiles/yosemitech-conductivity.toml")),
     ("yosemitech-turbidity", include_str!("profiles/yosemitech-turbidity.toml")),
-    ("yosemitech-turbidity-wiper", include_str!("profiles/yosemitech-turbidity-wiper.toml")),
+    ("yosemitech-turb-wiper", include_str!("profiles/yosemitech-turb-wiper.toml")),
     ("yosemitech-chlorophyll", include_str!("profiles/yosemitech-chlorophyll.toml")),
     ("yosemitech-bga", include_str!("profiles/yosemitech-bga.toml")),
     ("yosemitech-cod", include_str!("profiles/yosemitech-cod.toml")),
@@ -21,7 +21,7 @@ const BUILT_IN: [(&str, &str); 15] = [
     ("yosemitech-orp", include_str!("profiles/yosemitech-orp.toml")),
     ("yosemitech-ammonium", include_str!("profiles/yosemitech-ammonium.toml")),
     ("yosemitech-depth", include_str!("profiles/yosemitech-depth.toml")),
-    ("yosemitech-suspended-solids", include_str!("profiles/yosemitech-suspended-solids.toml")),
+    ("yosemitech-tss", include_str!("profiles/yosemitech-tss.toml")),
     ("yosemitech-oil", include_str!("profiles/yosemitech-oil.toml")),
     ("yosemitech-sonde-v2", include_str!("profiles/yosemitech-sonde-v2.toml")),
 ];

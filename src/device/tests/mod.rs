@@ -133,7 +133,7 @@ const DO: &str = "yosemitech-do";
 const SONDE: &str = "yosemitech-sonde";
 const CONDUCTIVITY: &str = "yosemitech-conductivity";
 const TURBIDITY: &str = "yosemitech-turbidity";
-const TURBIDITY_WIPER: &str = "yosemitech-turbidity-wiper";
+const TURBIDITY_WIPER: &str = "yosemitech-turb-wiper";
 const CHLOROPHYLL: &str = "yosemitech-chlorophyll";
 const BGA: &str = "yosemitech-bga";
 const COD: &str = "yosemitech-cod";
@@ -141,7 +141,7 @@ const PH: &str = "yosemitech-ph";
 const ORP: &str = "yosemitech-orp";
 const AMMONIUM: &str = "yosemitech-ammonium";
 const DEPTH: &str = "yosemitech-depth";
-const SOLIDS: &str = "yosemitech-suspended-solids";
+const SOLIDS: &str = "yosemitech-tss";
 const OIL: &str = "yosemitech-oil";
 const SONDE_V2: &str = "yosemitech-sonde-v2";
 
