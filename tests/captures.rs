@@ -113,7 +113,7 @@ fn every_frame_of_the_manuals_is_one_and_every_exchange_has_its_command() {
 
 #[test]
 fn the_real_probe_is_known_by_its_serial_number() {
-    assert_eq!(count(&rows("y511.hex", "frames"), "type"), counts([("frame", 20)]));
+    assert_eq!(count(&rows("y511.hex", "frames"), "type"), counts([("frame", 20), ("identified", 1)]));
     let transactions = rows("y511.hex", "transactions");
     assert_eq!(count(&transactions, "outcome"), counts([("answered", 10)]));
     assert_eq!(count(&transactions, "device"), counts([("yosemitech-turb-wiper", 10)]));

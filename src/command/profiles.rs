@@ -1,4 +1,6 @@
-//! `rtutap profiles`: lists, shows and checks device profiles.
+//! `rtutap profiles`: lists, shows, checks and drafts device profiles.
+
+mod draft;
 
 use std::fmt::{self, Write};
 use std::path::Path;
@@ -32,6 +34,7 @@ pub(super) fn run(args: &cli::Profiles) -> Result<(), Failure> {
             show(profile, &mut text)
         }
         Some(ProfileAction::Check { file }) => check(file, &mut text)?,
+        Some(ProfileAction::New(args)) => return draft::run(args),
     };
     let mut output = Output::stdout();
     output.buffer.extend_from_slice(text.as_bytes());

@@ -26,7 +26,7 @@ const CONFIDENCES: [(&str, Confidence); 3] =
     [("high", Confidence::High), ("medium", Confidence::Medium), ("low", Confidence::Low)];
 
 /// Names of frame forms outside the specification.
-pub(super) const FORMS: [(&str, Form); 3] = [
+pub(crate) const FORMS: [(&str, Form); 3] = [
     ("zero-quantity", Form::ZeroQuantity),
     ("uncounted-data", Form::UncountedData),
     ("counts-registers", Form::CountsRegisters),
