@@ -124,12 +124,12 @@ impl Stamper {
         }
     }
 
-    /// Takes in the read of `length` bytes; 0 changes nothing.
-    pub fn push(&mut self, time: ReadTime, length: usize) {
-        if length == 0 {
-            return;
-        }
+    /// Takes in the read of `length` bytes, 0 of which change nothing; returns its time as [`Stamper::read_time`] does.
+    pub fn push(&mut self, time: ReadTime, length: usize) -> Timestamp {
         let read = self.read_time(time, length);
+        if length == 0 {
+            return read;
+        }
         let timed = matches!(time, ReadTime::At(_));
         self.timed |= timed;
         let length = length as u64;
@@ -143,6 +143,7 @@ impl Stamper {
         self.last_read = Some(read);
         self.end += length;
         self.reads.push_back(entry);
+        read
     }
 
     /// Estimates from a read of several bytes how long the adapter keeps a byte back, in nanoseconds: it collects
