@@ -8,6 +8,7 @@ mod golden;
 mod imports;
 mod input;
 mod ports;
+mod profiles;
 mod rows;
 mod wireshark;
 

@@ -12,6 +12,9 @@ const BITS_A_PLAUSIBLE_FLOAT: f64 = 3.0;
 const TELLING_VALUES: usize = 8;
 /// Significant decimal digits of what was rounded or set by people; random floats have 7 to 9.
 const SHORT_DIGITS: usize = 5;
+/// What counts against a float that does not begin where a block of floats has one: the end of one and the begin of the
+/// next also look like a float, with bytes in another order.
+const BITS_OF_PLACE: f64 = 5.0;
 /// Characters from which on a text is no chance.
 const LEAST_TEXT: usize = 6;
 
@@ -101,7 +104,8 @@ fn float(samples: &[&[u8]], offset: usize, order: Order) -> Option<Candidate> {
     let telling = series.distinct.min(TELLING_VALUES) as f64;
     let course = if series.is_smooth() || series.is_narrow() { 6.0 } else { 0.0 };
     let rounded = if short > 0.5 { 6.0 } else { 0.0 };
-    let bits = BITS_A_PLAUSIBLE_FLOAT * telling + course + rounded;
+    let place = if offset.is_multiple_of(4) { 0.0 } else { BITS_OF_PLACE };
+    let bits = BITS_A_PLAUSIBLE_FLOAT * telling + course + rounded - place;
     Some(Candidate { offset, encoding, bits, ground: Ground::Numbers { series, plausible, short } })
 }
 
@@ -147,13 +151,17 @@ fn word(samples: &[&[u8]], offset: usize, order: Order) -> Option<Candidate> {
     Some(Candidate { offset, encoding: encoding(is_signed), bits, ground })
 }
 
-/// Guesses at a whole number of two registers: only where the upper one changes, and the two make one course.
+/// Guesses at a whole number of two registers: only where the lower one makes no course of its own, and both make one.
 fn long(samples: &[&[u8]], offset: usize, order: Order) -> Option<Candidate> {
     let encoding = |signed| Encoding::Integer { size: 4, signed, order };
-    let unsigned = Series::new(&numbers(samples, offset, encoding(false)))?;
+    let values = numbers(samples, offset, encoding(false));
+    let unsigned = Series::new(&values)?;
     let signed = Series::new(&numbers(samples, offset, encoding(true)))?;
     let is_signed = signed.high - signed.low < unsigned.high - unsigned.low;
     let series = if is_signed { signed } else { unsigned };
+    if !carries(&values) {
+        return None;
+    }
     let upper_changes = (series.high / 65536.0).floor() > (series.low / 65536.0).floor();
     let is_one = (series.grows && series.distinct >= 4) || series.is_smooth();
     // What fills all 32 bits is a float or text.
@@ -162,6 +170,19 @@ fn long(samples: &[&[u8]], offset: usize, order: Order) -> Option<Candidate> {
     }
     let ground = Ground::Numbers { series, plausible: 1.0, short: 0.0 };
     Some(Candidate { offset, encoding: encoding(is_signed), bits: 14.0, ground })
+}
+
+/// Tells whether the lower registers of numbers leap, mostly, where the upper ones change: they are one number.
+fn carries(values: &[f64]) -> bool {
+    let (upper, lower) = (|value: f64| (value / 65536.0).floor(), |value: f64| value.rem_euclid(65536.0));
+    let changes = values.windows(2).filter(|pair| upper(pair[0]) != upper(pair[1])); // windows of two
+    let leaps = |pair: &&[f64]| (lower(pair[0]) - lower(pair[1])).abs() > 16384.0;
+    let (mut all, mut leaping) = (0_usize, 0_usize);
+    for pair in changes {
+        all += 1;
+        leaping += usize::from(leaps(&pair));
+    }
+    all > 0 && 2 * leaping >= all
 }
 
 /// Guesses at the longest text that begins at a place.

@@ -126,7 +126,8 @@ impl Drafter {
     /// nothing that a profile can describe.
     pub fn draft(&self, address: Option<u8>) -> Result<Draft, NoDraft> {
         let (address, unit) = self.choose(address)?;
-        let commands: Vec<_> = unit.commands.iter().filter(|(key, it)| it.is_describable(key.0)).collect();
+        let commands: Vec<_> =
+            unit.commands.iter().filter(|(key, it)| it.describable(key.0).next().is_some()).collect();
         if commands.is_empty() {
             return Err(NoDraft::NoRegisters(address));
         }
@@ -162,3 +163,6 @@ impl Drafter {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -11,12 +11,11 @@ use super::layout::{Block, Orders};
 use super::traffic::{Samples, Traffic};
 use super::{Draft, Unit};
 
-/// Registers that one read, and one write, may name (Modbus application protocol V1.1b3, 6.3 and 6.12).
-const MOST_READ: u16 = 125;
-const MOST_WRITTEN: u16 = 123;
-
 /// Guesses with fewer bits than this are called weak: bytes may look so by chance.
 const WEAK_BITS: f64 = 6.0;
+
+/// Profiles that fit which are worth a list.
+const FEW_CANDIDATES: usize = 6;
 
 /// Characters of a text from which on it may be a serial number.
 const LEAST_SERIAL_NUMBER: usize = 8;
@@ -33,9 +32,7 @@ struct Drafted<'a> {
 
 impl<'a> Drafted<'a> {
     fn new((&(function, register), traffic): (&(u8, u16), &'a Traffic), unit: &'a Unit) -> Self {
-        let most = if function == 16 { MOST_WRITTEN } else { MOST_READ };
-        let quantities: Vec<u16> =
-            traffic.quantities.keys().copied().filter(|&quantity| quantity <= most).collect();
+        let quantities: Vec<u16> = traffic.describable(function).collect();
         let bytes = 2 * usize::from(quantities.last().copied().unwrap_or(0));
         let mut samples = cut(if is_read(function) { &traffic.response } else { &traffic.request }, bytes);
         if !is_read(function) && !samples.is_empty() {
@@ -69,16 +66,15 @@ pub(super) fn write(address: u8, unit: &Unit, commands: &[(&(u8, u16), &Traffic)
     let mut toml = String::new();
     // Writing to a string cannot fail.
     let _ = write_head(&mut toml, address, unit, is_full);
-    let _ = drafted
-        .iter()
-        .filter(|command| !command.quantities.is_empty())
-        .try_for_each(|command| write_command(&mut toml, command, orders));
+    let _ = drafted.iter().try_for_each(|command| write_command(&mut toml, command, orders));
     let _ = write_rest(&mut toml, unit);
     Draft { address, id, toml }
 }
 
 fn write_head(out: &mut String, address: u8, unit: &Unit, is_full: bool) -> fmt::Result {
-    writeln!(out, "# Drafted by rtutap from {} requests that address {address} accepted.", unit.accepted)?;
+    let requests =
+        if unit.accepted == 1 { "1 request".to_owned() } else { format!("{} requests", unit.accepted) };
+    writeln!(out, "# Drafted by rtutap from {requests} that address {address} accepted.")?;
     out.write_str(
         "# Functions, registers and quantities are what was seen. Types are guesses, each with its evidence above it;\n\
          # offsets count from the data's first byte. What is raw gave nothing to guess from. Names, units and meanings\n\
@@ -87,8 +83,16 @@ fn write_head(out: &mut String, address: u8, unit: &Unit, is_full: bool) -> fmt:
     if let Some(device) = &unit.device {
         writeln!(out, "# It is known as {device}; this draft makes no use of that.")?;
     }
-    if !unit.candidates.is_empty() {
-        writeln!(out, "# It answers as these do, so try --device first: {}.", unit.candidates.join(", "))?;
+    match unit.candidates.len() {
+        0 => {}
+        1..=FEW_CANDIDATES => {
+            writeln!(
+                out,
+                "# It answers as these do, so try --device first: {}.",
+                unit.candidates.join(", ")
+            )?;
+        }
+        many => writeln!(out, "# What it answers does not tell it from {many} of the known profiles.")?,
     }
     if is_full {
         writeln!(out, "# There were more commands on the bus than are kept: some may be missing.")?;
@@ -296,7 +300,10 @@ fn number(value: f64, encoding: Encoding) -> Value<'static> {
 
 /// Lists what is no command: what was never accepted, and what no profile can describe.
 fn write_rest(out: &mut String, unit: &Unit) -> fmt::Result {
-    let rest = unit.commands.iter().filter(|((function, _), traffic)| !traffic.is_describable(*function));
+    let rest = unit
+        .commands
+        .iter()
+        .filter(|((function, _), traffic)| traffic.describable(*function).next().is_none());
     for (at, ((function, register), traffic)) in rest.enumerate() {
         if at == 0 {
             writeln!(out, "\n# Not drafted:")?;

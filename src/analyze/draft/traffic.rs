@@ -10,6 +10,9 @@ use crate::time::Timestamp;
 
 /// Samples kept of one side of a command: enough for statistics, and bounded.
 const MOST_SAMPLES: usize = 128;
+/// Registers that one read, and one write, may name (Modbus application protocol V1.1b3, 6.3 and 6.12).
+const MOST_READ: u16 = 125;
+const MOST_WRITTEN: u16 = 123;
 /// Quantities kept of a command.
 const MOST_QUANTITIES: usize = 16;
 
@@ -28,7 +31,7 @@ impl Default for Samples {
 }
 
 impl Samples {
-    fn push(&mut self, data: &[u8]) {
+    pub(super) fn push(&mut self, data: &[u8]) {
         if self.seen.is_multiple_of(self.stride) {
             if self.kept.len() >= MOST_SAMPLES {
                 let mut keep = false;
@@ -113,9 +116,14 @@ impl Traffic {
         }
     }
 
-    /// Tells whether a profile can describe it, and the device accepted it.
-    pub(super) fn is_describable(&self, function: u8) -> bool {
-        matches!(function, 3 | 4 | 6 | 16) && self.accepted > 0
+    /// Returns the accepted quantities that a profile can describe, ascending; none for other functions.
+    pub(super) fn describable(&self, function: u8) -> impl Iterator<Item = u16> {
+        let most = match function {
+            3 | 4 | 6 => Some(MOST_READ),
+            16 => Some(MOST_WRITTEN),
+            _ => None,
+        };
+        self.quantities.keys().copied().filter(move |&quantity| most.is_some_and(|most| quantity <= most))
     }
 
     /// Returns how long it took on average from one request to the next, in seconds.
