@@ -73,6 +73,8 @@ struct Unit {
     /// The profiles that fit while it is not.
     candidates: Vec<Arc<str>>,
     accepted: u64,
+    /// Whether the device was given another address, and nothing has answered here since.
+    has_left: bool,
     /// By function code and start register.
     commands: BTreeMap<(u8, u16), Traffic>,
 }
@@ -104,6 +106,7 @@ impl Drafter {
         let unit = self.units.entry((bus.into(), t.address)).or_default();
         if is_answer {
             unit.accepted = unit.accepted.saturating_add(1);
+            unit.has_left = false;
             unit.device = device.map(Arc::from);
             unit.candidates = candidates.map(Arc::from).collect();
         }
@@ -116,6 +119,13 @@ impl Drafter {
             self.commands += 1;
         }
         unit.commands.entry(key).or_default().take(t, is_answer);
+    }
+
+    /// Notes that the device at an address has just accepted another one: nothing is left there to draft.
+    pub fn leave(&mut self, bus: &str, address: u8) {
+        if let Some(unit) = self.units.get_mut(&(bus.into(), address)) {
+            unit.has_left = true;
+        }
     }
 
     /// Drafts the profile of the device at an address, or of the only one that is unknown.
@@ -143,14 +153,18 @@ impl Drafter {
         let list = |all: &[&(&(Box<str>, u8), &Unit)]| {
             let name = |&&((bus, address), unit): &&(&(Box<str>, u8), &Unit)| {
                 let bus = if buses { format!(" on {bus}") } else { String::new() };
-                let device = unit.device.as_ref().map(|device| format!(" ({device})")).unwrap_or_default();
+                let device = match &unit.device {
+                    Some(device) => format!(" ({device})"),
+                    None if unit.has_left => " (left for another address)".to_owned(),
+                    None => String::new(),
+                };
                 format!("{address}{bus}{device}")
             };
             all.iter().map(name).collect::<Vec<_>>().join(", ")
         };
         let fits = |unit: &Unit, at: u8| match address {
             Some(address) => at == address,
-            None => unit.device.is_none(),
+            None => unit.device.is_none() && !unit.has_left,
         };
         let chosen: Vec<_> = heard.iter().filter(|((_, at), unit)| fits(unit, *at)).collect();
         match (&chosen[..], address) {

@@ -208,6 +208,12 @@ fn it_says_why_there_is_nothing_to_draft() {
     assert_eq!(of(&[(read(3), None), (read(7), None)], None), several);
     let elsewhere = Err("no device answered at address 9; those at 3 did".into());
     assert_eq!(of(&[(read(3), None)], Some(9)), elsewhere);
+    let mut moved = drafter(&[read(20)]);
+    moved.leave("bus0", 20);
+    let left = moved.draft(None).map_err(|error| error.to_string());
+    assert_eq!(left, Err("every device that answered is known: 20 (left for another address)".into()));
+    read(20).observed_by(&mut moved, None);
+    assert_eq!(moved.draft(None).map(|draft| draft.address), Ok(20), "another one answers there");
     let coils = Exchange { request: vec![3, 1, 0, 0, 0, 1, 0, 0], response: Some(vec![3, 1, 1, 1, 0, 0]) };
     let no_registers = of(&[(coils, None)], None).expect_err("no registers");
     assert!(no_registers.starts_with("the device at address 3 accepted no read"), "{no_registers}");

@@ -7,7 +7,8 @@ use crate::command::failure::Failure;
 use crate::command::message;
 use crate::command::output::Output;
 use crate::command::session::{Origin, Sink};
-use crate::device::Profile;
+use crate::decode::transaction::Outcome;
+use crate::device::{NEW_ADDRESS, Profile};
 use crate::pipeline::Event;
 
 /// Runs the command.
@@ -65,6 +66,12 @@ impl Sink for Collector {
     fn event(&mut self, bus: &str, event: &Event<'_>) {
         if let Event::Transaction { transaction, meaning } = event {
             self.drafter.observe(bus, transaction, meaning.device(), meaning.candidates());
+            let is_accepted = matches!(transaction.outcome, Outcome::Answered | Outcome::Late);
+            let new_address = meaning.fields().find(|field| field.name == NEW_ADDRESS);
+            let address = new_address.filter(|_| is_accepted).and_then(|field| field.value.as_f64());
+            if address.is_some_and(|address| address != f64::from(transaction.address)) {
+                self.drafter.leave(bus, transaction.address);
+            }
         }
     }
 

@@ -29,6 +29,27 @@ fn the_type_code_of_a_serial_number_names_each_model() {
 }
 
 #[test]
+fn no_two_profiles_claim_the_same_evidence() {
+    let profiles = Profiles::built_in();
+    let claims = |profile: &Profile, code: &str| {
+        let rule = profile.serial_number.as_ref();
+        rule.is_some_and(|rule| rule.type_codes.iter().any(|known| **known == *code))
+    };
+    for profile in profiles.iter() {
+        let others = || profiles.iter().filter(|other| other.id != profile.id);
+        for code in profile.serial_number.iter().flat_map(|rule| &rule.type_codes) {
+            assert!(!others().any(|other| claims(other, code)), "type {code} of {}", profile.id);
+        }
+        for command in profile.commands.iter().filter(|command| command.is_fingerprint) {
+            let (function, register) = command.key();
+            let same = others().filter_map(|other| other.command(function, register));
+            let mut shared = same.flat_map(|other| &other.quantities);
+            assert!(!shared.any(|it| command.quantities.contains(it)), "{} of {}", command.name, profile.id);
+        }
+    }
+}
+
+#[test]
 fn what_only_one_model_accepts_names_it() {
     let floats = |count: usize| "0000803f".repeat(count);
     for (exchange, device) in [
