@@ -99,24 +99,20 @@ fn series(app: &App, bus: &Bus, area: Rect, buffer: &mut Buffer) {
     let steps = bus.health.steps(until - shown * step, step, until);
     let late = of_late(app, bus).unwrap_or_default();
     let height = (area.height / 3).max(1);
-    let lines: [(&str, String, fn(&Second) -> f64, Option<f64>, Style); 3] = [
-        (
-            "LOAD",
-            format!("{:.0} %", late.0 * 100.0),
-            |second| second.busy_ns as f64,
-            Some((step * SECOND) as f64),
-            theme.accent,
-        ),
-        ("FRAMES", format!("{:.1} /s", late.1), |second| f64::from(second.frames), None, theme.accent),
-        ("ERRORS", format!("{:.1} /s", late.2), |second| f64::from(second.errors), None, theme.bad),
+    let busy_of = |second: &Second| second.busy_ns as f64;
+    let values = |of: &dyn Fn(&Second) -> f64| steps.iter().map(of).collect::<Vec<f64>>();
+    let lines = [
+        ("LOAD", format!("{:.0} %", late.0 * 100.0), values(&busy_of), Some((step * SECOND) as f64)),
+        ("FRAMES", format!("{:.1} /s", late.1), values(&|second| f64::from(second.frames)), None),
+        ("ERRORS", format!("{:.1} /s", late.2), values(&|second| f64::from(second.errors)), None),
     ];
-    for (index, (name, value, of, most, style)) in lines.into_iter().enumerate() {
+    for (index, (name, value, values, most)) in lines.into_iter().enumerate() {
         let y = area.y + height * u16::try_from(index).unwrap_or(0);
         let part = Rect { y, height, ..area }.intersection(area);
         put(buffer, part, part.x, y, name, theme.dim);
         let label = Rect { x: part.x + 7, width: 8, height: 1, y };
         put_right(buffer, label.intersection(part), y, &value, theme.strong);
-        let values: Vec<f64> = steps.iter().map(of).collect();
+        let style = if name == "ERRORS" { theme.bad } else { theme.accent };
         let plot = Rect { x: part.x + 16, width: part.width.saturating_sub(16), ..part };
         bars(buffer, plot, &values, most, |_| style);
     }
