@@ -33,7 +33,7 @@ fn it_starts_resizes_filters_and_quits() {
     terminal.resize(24, 100);
     terminal.wait_for("3 Health");
     terminal.press("/addr == 3 &&& cmd");
-    terminal.wait_for("column 14:");
+    terminal.wait_for("column 13:");
     terminal.press("\x15addr == 3\r");
     terminal.wait_until("only address 3 is listed", |screen| {
         let rows: Vec<String> = screen.rows(0, 100).skip(3).take(8).collect();
@@ -80,7 +80,26 @@ fn a_session_is_kept_unless_that_is_refused_and_notes_with_it() {
     terminal.press("r");
     terminal.wait_for("REC");
     bus.say(&[0x01, 0x03, 0x26, 0x00, 0x00, 0x04, 0x4F, 0x41]);
-    terminal.wait_for("2 of 3 rows");
+    terminal.wait_for("3 rows");
+    terminal.press("q");
+    assert!(terminal.wait().success());
+    assert!(terminal.contents().contains("2 files"), "{}", terminal.contents());
+    let kept = home.path().join("rtutap").read_dir().expect("a directory");
+    let mut files: Vec<_> = kept.map(|entry| entry.expect("a file").path()).collect();
+    files.sort();
+    assert_eq!(files.len(), 2);
+    for file in &files {
+        assert_eq!((&info(&[file])["bytes"], &info(&[file])["complete"]), (&8.into(), &true.into()));
+    }
+    let has_note = |file: &Path| {
+        let bytes = std::fs::read(file).expect("a recording");
+        let messages = mcap::MessageStream::new(&bytes).expect("MCAP");
+        let notes = messages
+            .map(|message| message.expect("whole"))
+            .filter(|message| message.channel.topic == "/notes");
+        notes.map(|note| String::from_utf8_lossy(&note.data).contains("cable moved")).collect::<Vec<_>>()
+    };
+    assert_eq!((has_note(&files[0]), has_note(&files[1])), (vec![true], vec![]));
 }
 
 #[test]
