@@ -200,7 +200,7 @@ fn a_line_at_115200_baud_without_a_pause_costs_little_and_keys_are_answered() {
     });
     let mut answers = Vec::new();
     while !speaker.is_finished() {
-        for (key, shown) in [("2", "DEVICE        SERIAL"), ("3", "LOAD"), ("1", "COMMAND")] {
+        for (key, shown) in [("2", "ADDR DEVICE        VALUES"), ("3", "LOAD"), ("1", "COMMAND")] {
             terminal.press(key);
             answers.push(terminal.wait_for(shown));
             std::thread::sleep(Duration::from_millis(200));

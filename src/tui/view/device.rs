@@ -240,7 +240,10 @@ fn right(app: &App, device: &Device, item: Option<PageItem>, area: Rect, buffer:
 
 fn over_time(app: &App, quantity: &Quantity, area: Rect, buffer: &mut Buffer) {
     let theme = &app.theme;
-    let unit = quantity.unit.as_deref().map(|unit| format!(" in {unit}")).unwrap_or_default();
+    let is_percent = short_value(quantity).ends_with('%');
+    let factor = if is_percent { 100.0 } else { 1.0 };
+    let unit = quantity.unit.as_deref().or(is_percent.then_some("%"));
+    let unit = unit.map(|unit| format!(" in {unit}")).unwrap_or_default();
     let x = put(buffer, area, area.x + 1, area.y, &quantity.name, theme.accent);
     put(buffer, area, x, area.y, &unit, theme.dim);
     let now = app.store().now();
@@ -254,11 +257,11 @@ fn over_time(app: &App, quantity: &Quantity, area: Rect, buffer: &mut Buffer) {
     };
     let (first, last) = (first.time, last.time);
     let span = (last - first).max(1) as f64;
-    let values: Vec<f64> = points.iter().map(|point| point.value).collect();
+    let values: Vec<f64> = points.iter().map(|point| point.value * factor).collect();
     // Every point has its time; where there are more than dots, their means are evenly spread.
     let dots = usize::from(area.width) * 2;
     let placed: Vec<(f64, f64)> = if points.len() <= dots {
-        points.iter().map(|point| ((point.time - first) as f64 / span, point.value)).collect()
+        points.iter().map(|point| ((point.time - first) as f64 / span, point.value * factor)).collect()
     } else {
         let means = resample(&values, dots);
         means.iter().enumerate().map(|(at, value)| (at as f64 / (dots - 1) as f64, *value)).collect()

@@ -165,18 +165,18 @@ fn histogram(app: &App, bus: &Bus, kind: Kind, area: Rect, buffer: &mut Buffer) 
         put(buffer, area, column(ns), y, &tick(ns), theme.dim);
     }
     if kind == Kind::Gap {
-        for (name, ns) in [("1.5", bus.line.t1_5_ns()), ("3.5", bus.line.t3_5_ns())] {
+        for ns in [bus.line.t1_5_ns(), bus.line.t3_5_ns()] {
             let x = column(ns);
-            for y in plot.y + 1..plot.bottom() {
+            for y in plot.y..plot.bottom() {
                 if buffer.cell((x, y)).is_some_and(|cell| cell.symbol() == " ") {
                     put(buffer, area, x, y, "┊", theme.strong);
                 }
             }
-            // At the top, where the bars of such short gaps rarely are.
-            if buffer.cell((x, plot.y)).is_some_and(|cell| cell.symbol() == " ") {
-                put(buffer, area, x.saturating_sub(1), plot.y, name, theme.strong);
-            }
         }
+        // Beside the lines, where the bars of such short gaps rarely are.
+        let left = Rect { width: column(bus.line.t1_5_ns()).saturating_sub(area.x), ..area };
+        put_right(buffer, left, plot.y, "t1.5", theme.strong);
+        put(buffer, area, column(bus.line.t3_5_ns()) + 1, plot.y, "t3.5", theme.strong);
     }
 }
 
