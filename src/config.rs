@@ -163,6 +163,9 @@ impl Config {
                 args.time = args.time.or(self.time);
                 self.complete_bus(&mut args.bus);
             }
+            Command::Profiles(cli::Profiles { action: Some(cli::ProfileAction::New(args)) }) => {
+                self.complete_bus(&mut args.bus);
+            }
             _ => {}
         }
     }
@@ -228,8 +231,7 @@ fn read(section: &Section<'_>) -> Option<Config> {
 
 /// Reads how the terminal UI looks and is used.
 fn screen(section: &Section<'_>) -> Screen {
-    let themes =
-        [("dark", ThemeKind::Dark), ("light", ThemeKind::Light), ("plain", ThemeKind::Plain)];
+    let themes = [("dark", ThemeKind::Dark), ("light", ThemeKind::Light), ("plain", ThemeKind::Plain)];
     let mut keymap = Keymap::default();
     if let Some(keys) = section.section("keys") {
         bind(&keys, &mut keymap);

@@ -114,7 +114,8 @@ struct Shown<'a> {
 fn show(shown: Shown<'_>) -> Result<(), Failure> {
     let Shown { setup, opened, clock, stop, options, duration_s } = shown;
     let again = listen::kept()?;
-    let equipment = cli::Equipment { devices: Vec::new(), profiles: Vec::new(), salinity: None, pressure_kpa: None };
+    let equipment =
+        cli::Equipment { devices: Vec::new(), profiles: Vec::new(), salinity: None, pressure_kpa: None };
     let report = ui::live(ui::Live {
         setup,
         sources: vec![opened],

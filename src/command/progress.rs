@@ -23,8 +23,8 @@ impl Progress {
     pub(super) fn new(name: &str, size: Option<u64>, rows_are_printed: bool) -> Self {
         #[expect(clippy::disallowed_methods, reason = "a bar appears after a second")]
         let begun = Instant::now();
-        let is_wanted = !(rows_are_printed && output::stdout_is_terminal()) && !message::has_screen();
-        let size = size.filter(|_| is_wanted);
+        let is_shown = message::has_screen() || (rows_are_printed && output::stdout_is_terminal());
+        let size = size.filter(|_| !is_shown);
         Progress { name: name.to_owned(), size, begun, bar: None }
     }
 

@@ -126,6 +126,13 @@ fn list<T>(items: impl IntoIterator<Item = T>, out: &mut Vec<u8>, mut write: imp
 }
 
 /// Writes a value as JSON has it; what is not finite is `null`.
+/// Writes a value as JSON lines have it.
+pub fn value_json(given: &Value<'_>) -> String {
+    let mut out = Vec::new();
+    value(given, &mut out);
+    String::from_utf8_lossy(&out).into_owned()
+}
+
 pub(super) fn value(value: &Value<'_>, out: &mut Vec<u8>) {
     match value {
         Value::Float32(number) if number.is_finite() => float(*number, out),

@@ -21,9 +21,9 @@ pub mod words;
 
 pub use clock::{Clock, Shown, TimeStyle};
 pub use csv::Csv;
-pub use json::Json;
+pub use json::{Json, value_json};
 pub use rows::{Judge, Passing, Rows, Show};
-pub use subject::{passes, time_of_day_ns};
+pub use subject::{compared, passes, time_of_day_ns};
 pub use text::{Guess, Text};
 
 use crate::line::LineSettings;

@@ -17,6 +17,18 @@ pub fn passes(filter: &Filter, bus: &str, event: &Event<'_>) -> bool {
     filter.matches(&EventSubject { bus, event })
 }
 
+/// Returns a value as a filter compares it.
+pub fn compared<'a>(value: &'a Value<'_>) -> FieldValue<'a> {
+    match value {
+        Value::Float32(number) => FieldValue::Single(*number),
+        Value::Float64(number) => FieldValue::Number(*number),
+        Value::Integer(number) => FieldValue::Number(*number as f64),
+        Value::Text(text) => FieldValue::Text(text),
+        Value::Boolean(truth) => FieldValue::Flag(*truth),
+        Value::Null => FieldValue::Null,
+    }
+}
+
 /// Returns the nanoseconds since local midnight.
 pub fn time_of_day_ns(time: Timestamp) -> i64 {
     let time = DateTime::from_timestamp_nanos(time.as_ns()).with_timezone(&Local);
@@ -186,17 +198,8 @@ impl Subject for EventSubject<'_> {
     }
 
     fn any_field(&self, name: &str, test: &mut dyn FnMut(Field<'_>) -> bool) -> bool {
-        let mut any = |value: &Value<'_>, text: String| {
-            let value = match value {
-                Value::Float32(number) => FieldValue::Single(*number),
-                Value::Float64(number) => FieldValue::Number(*number),
-                Value::Integer(number) => FieldValue::Number(*number as f64),
-                Value::Text(text) => FieldValue::Text(text),
-                Value::Boolean(truth) => FieldValue::Flag(*truth),
-                Value::Null => FieldValue::Null,
-            };
-            test(Field { value, text: Some(&text) })
-        };
+        let mut any =
+            |value: &Value<'_>, text: String| test(Field { value: compared(value), text: Some(&text) });
         match self.event {
             Event::Transaction { meaning, .. } => {
                 let mut named = meaning.fields().filter(|field| field.name == name);

@@ -18,7 +18,8 @@ pub struct Key {
 impl From<KeyEvent> for Key {
     /// Takes a key as a terminal reports it: a capital letter is itself, whether Shift is reported or not.
     fn from(event: KeyEvent) -> Key {
-        let mut modifiers = event.modifiers & (KeyModifiers::CONTROL | KeyModifiers::ALT | KeyModifiers::SHIFT);
+        let mut modifiers =
+            event.modifiers & (KeyModifiers::CONTROL | KeyModifiers::ALT | KeyModifiers::SHIFT);
         let code = match event.code {
             KeyCode::BackTab => {
                 modifiers |= KeyModifiers::SHIFT;

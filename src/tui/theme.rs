@@ -133,8 +133,20 @@ mod tests {
     fn the_plain_theme_has_no_colour_and_tells_trouble_apart() {
         let theme = Theme::of(ThemeKind::Plain);
         let all = [
-            theme.text, theme.dim, theme.strong, theme.accent, theme.selected, theme.selected_elsewhere,
-            theme.lit, theme.warn, theme.bad, theme.good, theme.fresh, theme.fading, theme.rule, theme.alarm,
+            theme.text,
+            theme.dim,
+            theme.strong,
+            theme.accent,
+            theme.selected,
+            theme.selected_elsewhere,
+            theme.lit,
+            theme.warn,
+            theme.bad,
+            theme.good,
+            theme.fresh,
+            theme.fading,
+            theme.rule,
+            theme.alarm,
         ];
         assert!(all.iter().all(|style| style.fg.is_none() && style.bg.is_none()));
         assert!(theme.bad != theme.text && theme.warn != theme.text && theme.bad != theme.warn);

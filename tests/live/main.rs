@@ -10,3 +10,5 @@ mod ends;
 mod kill;
 mod lines;
 mod masters;
+mod screen;
+mod terminal;

@@ -127,8 +127,7 @@ impl Session {
     }
 
     pub fn with(options: app::Options, columns: u16, lines: u16, reads: usize) -> Self {
-        let options =
-            app::Options { time: TimeStyle::Utc, source: "/dev/ttyUSB0".to_owned(), ..options };
+        let options = app::Options { time: TimeStyle::Utc, source: "/dev/ttyUSB0".to_owned(), ..options };
         let mut session = Session { app: App::new(options), source: Source::new() };
         session.app.update(Message::Resize(columns, lines));
         session.grow(reads);
@@ -210,7 +209,6 @@ pub fn key(name: &str) -> KeyEvent {
         "pagedown" => KeyCode::PageDown,
         letter => KeyCode::Char(letter.chars().next().expect("a key")),
     };
-    let modifiers =
-        if name.starts_with("ctrl-") { KeyModifiers::CONTROL } else { KeyModifiers::NONE };
+    let modifiers = if name.starts_with("ctrl-") { KeyModifiers::CONTROL } else { KeyModifiers::NONE };
     KeyEvent::new(code, modifiers)
 }

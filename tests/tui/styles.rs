@@ -87,7 +87,13 @@ fn a_read_glows_and_fades() {
     let style = |session: &Session| {
         let buffer = session.buffer();
         let last = session.app.store().devices().iter().max_by_key(|device| device.read).expect("a device");
-        let y = 2 + session.app.devices.list(session.app.store()).iter().position(|it| it.address == last.address).expect("listed") as u16;
+        let y = 2 + session
+            .app
+            .devices
+            .list(session.app.store())
+            .iter()
+            .position(|it| it.address == last.address)
+            .expect("listed") as u16;
         (buffer[(0, y)].symbol().to_owned(), buffer[(0, y)].fg, buffer[(0, y)].modifier)
     };
     // Until an answer has just come.

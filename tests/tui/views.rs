@@ -100,7 +100,9 @@ fn every_size_down_to_nothing_can_be_drawn() {
     for columns in (0..100).step_by(7).chain([23, 24, 25, 300]) {
         for lines in (0..50).step_by(3).chain([4, 5, 100]) {
             session.app.update(rtutap::tui::app::Message::Resize(columns, lines));
-            for keys in ["1", "v", "tab", "tab", "z", "2", "enter", "3", "4", "?", "esc", "c", "esc", "/", "esc"] {
+            for keys in
+                ["1", "v", "tab", "tab", "z", "2", "enter", "3", "4", "?", "esc", "c", "esc", "/", "esc"]
+            {
                 session.press(keys);
                 session.buffer();
             }

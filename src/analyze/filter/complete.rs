@@ -3,6 +3,7 @@
 use super::keys::{Key, NAMES, TextKey};
 use super::token::is_word;
 use super::tree::Operator;
+use super::value::number_of;
 
 /// Holds words that depend on the traffic and the profiles.
 #[derive(Clone, Debug, Default)]
@@ -38,6 +39,10 @@ enum Place<'a> {
     Name(&'a str),
     /// A name and an operator: a value is next.
     Value(&'a str),
+    /// A name and `in`: the values in parentheses are next.
+    In(&'a str),
+    /// A number: its unit is next.
+    Unit,
     /// A value: `and` or `or` is next.
     Done,
 }
@@ -45,19 +50,24 @@ enum Place<'a> {
 impl Completion {
     /// Looks at a filter up to the cursor.
     pub fn of(text: &str, vocabulary: &Vocabulary) -> Completion {
-        let start = text.rfind(|c| !is_word(c)).map_or(0, |at| at + text[at..].chars().next().map_or(1, char::len_utf8));
+        let start = text
+            .rfind(|c| !is_word(c))
+            .map_or(0, |at| at + text[at..].chars().next().map_or(1, char::len_utf8));
         let (before, typed) = text.split_at(start);
         let place = place(before);
         let all: Vec<String> = match place {
             Place::Start => names(vocabulary),
             Place::Name(name) => operators(name),
             Place::Value(name) => values(name, vocabulary),
+            Place::In(_) => vec!["(".to_owned()],
+            Place::Unit => ["ms", "s", "us", "ns"].map(str::to_owned).to_vec(),
             Place::Done => ["&&", "||"].map(str::to_owned).to_vec(),
         };
         let typed_lower = typed.to_ascii_lowercase();
         let mut words: Vec<String> = all.iter().filter(|word| word.starts_with(typed)).cloned().collect();
         for word in all {
-            if !words.contains(&word) && !typed.is_empty() && word.to_ascii_lowercase().contains(&typed_lower) {
+            if !words.contains(&word) && !typed.is_empty() && word.to_ascii_lowercase().contains(&typed_lower)
+            {
                 words.push(word);
             }
         }
@@ -93,8 +103,8 @@ fn place(before: &str) -> Place<'_> {
     let mut is_list = false;
     for token in tokens(before) {
         let joins = matches!(token, "&&" | "||" | "!" | "and" | "or" | "not");
-        let is_operator = Operator::ALL.iter().any(|(sign, _)| *sign == token)
-            || matches!(token, "in" | "contains");
+        let is_operator =
+            Operator::ALL.iter().any(|(sign, _)| *sign == token) || matches!(token, "in" | "contains");
         place = match place {
             _ if joins => {
                 is_list = false;
@@ -106,14 +116,17 @@ fn place(before: &str) -> Place<'_> {
                 Some(Key::Crc) => Place::Value(token),
                 _ => Place::Name(token),
             },
+            Place::Name(name) if token == "in" => Place::In(name),
             Place::Name(name) if is_operator => Place::Value(name),
-            Place::Value(name) if token == "(" => {
+            Place::In(name) if token == "(" => {
                 is_list = true;
                 Place::Value(name)
             }
             Place::Value(name) if token == "," => Place::Value(name),
+            Place::Value("latency") if number_of(token).is_some() => Place::Unit,
+            Place::Unit if is_list => Place::Value("latency"),
             Place::Value(name) if is_list && token != ")" => Place::Value(name),
-            Place::Name(_) | Place::Value(_) | Place::Done => Place::Done,
+            Place::Name(_) | Place::Value(_) | Place::In(_) | Place::Unit | Place::Done => Place::Done,
         };
     }
     place
@@ -184,6 +197,8 @@ mod tests {
         assert_eq!(words("addr == 1 "), ["&&", "||"]);
         assert_eq!(words("addr == 1 && tu"), ["turbidity"]);
         assert_eq!(words("bytes "), ["contains"]);
+        assert_eq!(words("latency > 100 "), ["ms", "s", "us", "ns"]);
+        assert_eq!(words("outcome in "), ["("]);
     }
 
     #[test]

@@ -156,7 +156,8 @@ pub(super) fn run(job: Job<'_>) -> Result<Report, Failure> {
         Ring::new(span_ns, RING)
     });
     let begun = job.anchor.realtime;
-    let taping = recording.map(|recording| tape(recording, job.anchor, begun, is_patient, ring)).transpose()?;
+    let taping =
+        recording.map(|recording| tape(recording, job.anchor, begun, is_patient, ring)).transpose()?;
     let (tape, told, writer) = match taping {
         Some(Taping { tape, told, writer }) => (Some(tape), Some(told), Some(writer)),
         None => (None, None, None),

@@ -83,7 +83,10 @@ impl Loop<'_> {
         let mut drawn: Option<Instant> = None;
         let mut is_changed = true;
         while !self.is_over {
-            #[expect(clippy::disallowed_methods, reason = "how often the screen is drawn depends on real time")]
+            #[expect(
+                clippy::disallowed_methods,
+                reason = "how often the screen is drawn depends on real time"
+            )]
             let now = Instant::now();
             let since = drawn.map_or(FRAME, |drawn| now.saturating_duration_since(drawn));
             if is_changed && since >= FRAME {

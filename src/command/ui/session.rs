@@ -84,7 +84,8 @@ pub(in crate::command) fn live(live: Live<'_>) -> Result<Report, Failure> {
         let mut outside = |effect, app: &App| outside(effect, app, &requests, &equipment);
         let shown = super::run(app, &teller, &heard, clock, &mut outside);
         stopper.store(true, Ordering::Relaxed);
-        let report = engine.join().map_err(|_| Failure::new("the session crashed; what was recorded is kept"))?;
+        let report =
+            engine.join().map_err(|_| Failure::new("the session crashed; what was recorded is kept"))?;
         shown.and(report)
     })
 }

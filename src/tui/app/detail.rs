@@ -5,8 +5,9 @@ use std::ops::Range;
 use crate::analyze::filter::Filter;
 use crate::decode::frame::Role;
 use crate::decode::pdu;
+use crate::device::Value;
 use crate::time::MILLISECOND;
-use crate::tui::store::{Exchange, Field, List, Row, Run, Severity, Store, Tone, Value};
+use crate::tui::store::{Exchange, Field, List, Row, Run, Severity, Store, Tone};
 
 /// Is what there is to know of a row.
 #[derive(Clone, Debug, Default)]
@@ -115,10 +116,17 @@ impl Detail {
         self.sides.push(Side { title: title.clone(), bytes: run.bytes.clone(), marked });
         let length = run.bytes.len();
         let tone = if run.reason().is_some() { Tone::Bad } else { Tone::Good };
-        self.line(0, &title, &about(run), 0..length, tone, Some(match run.reason() {
-            Some(reason) => format!("reason == {}", reason.name()),
-            None => format!("role == {}", run.role.name()),
-        }));
+        self.line(
+            0,
+            &title,
+            &about(run),
+            0..length,
+            tone,
+            Some(match run.reason() {
+                Some(reason) => format!("reason == {}", reason.name()),
+                None => format!("role == {}", run.role.name()),
+            }),
+        );
         for error in &run.line_errors {
             let at = error.offset as usize;
             self.line(1, "line error", error.kind.name(), at..at.saturating_add(1), Tone::Bad, None);
@@ -199,13 +207,11 @@ fn filter(field: &Field) -> Option<String> {
     if field.is_guess {
         return None;
     }
-    let (text, is_number) = match &field.value {
-        Value::Number(number) => (crate::device::Value::Float64(*number).to_string(), true),
-        Value::Single(number) => (crate::device::Value::Float32(*number).to_string(), true),
-        Value::Text(text) => (text.to_string(), false),
-        Value::Flag(flag) => (flag.to_string(), false),
+    let text = match &field.value {
         Value::Null => return None,
+        value => value.to_string(),
     };
+    let is_number = field.value.as_f64().is_some();
     Some(Filter::of_field(&field.name, &text, is_number).to_string())
 }
 

@@ -51,9 +51,7 @@ impl DevicesState {
             DeviceSort::Address => {}
             DeviceSort::Errors => devices.sort_by_key(|device| std::cmp::Reverse(device.errors())),
             DeviceSort::Latency => devices.sort_by_key(|device| std::cmp::Reverse(latency(device))),
-            DeviceSort::Polls => devices.sort_by(|a, b| {
-                polls(b).total_cmp(&polls(a))
-            }),
+            DeviceSort::Polls => devices.sort_by(|a, b| polls(b).total_cmp(&polls(a))),
         }
         devices
     }
@@ -112,7 +110,8 @@ impl DevicesState {
     /// Returns the selected device in a line.
     pub(super) fn text(&self, store: &Store) -> Option<String> {
         let device = self.device(store)?;
-        let mut parts = vec![device.address.to_string(), device.id.as_deref().unwrap_or(&device.label).to_owned()];
+        let mut parts =
+            vec![device.address.to_string(), device.id.as_deref().unwrap_or(&device.label).to_owned()];
         parts.extend(device.serial.as_deref().map(str::to_owned));
         parts.extend(device.quantities.iter().map(|quantity| format!("{} {}", quantity.name, quantity.text)));
         Some(parts.join("  "))

@@ -443,7 +443,8 @@ impl App {
 
     fn key(&mut self, key: KeyEvent) -> Option<Effect> {
         if let Some(mut prompt) = self.prompt.take() {
-            let typed = prompt.key(key, &self.vocabulary, &self.history[usize::from(!prompt.ask.is_filter())]);
+            let typed =
+                prompt.key(key, &self.vocabulary, &self.history[usize::from(!prompt.ask.is_filter())]);
             match typed {
                 Typed::More => self.prompt = Some(prompt),
                 Typed::Cancelled => {}
@@ -633,7 +634,9 @@ impl App {
             Action::Partner => self.go_to_partner(),
             Action::SearchNext | Action::SearchPrevious => self.search_again(action == Action::SearchNext),
             Action::NextError | Action::PreviousError => {
-                self.go_to("row with trouble", action == Action::NextError, |_, _, row| row.tone() >= Tone::Warn);
+                self.go_to("row with trouble", action == Action::NextError, |_, _, row| {
+                    row.tone() >= Tone::Warn
+                });
             }
             Action::NextFinding | Action::PreviousFinding => {
                 let is_forward = action == Action::NextFinding;

@@ -108,11 +108,7 @@ impl Order {
                 let at = |number: u64| {
                     usize::try_from(number.saturating_sub(rows.first_kept())).unwrap_or(usize::MAX)
                 };
-                if rows.kept().contains(&number) {
-                    Ok(at(number))
-                } else {
-                    Err(at(number.min(rows.total())))
-                }
+                if rows.kept().contains(&number) { Ok(at(number)) } else { Err(at(number.min(rows.total()))) }
             }
         }
     }

@@ -225,10 +225,8 @@ pub enum Target {
 /// # Errors
 /// What is wrong with it.
 pub fn time_filter(text: &str) -> Result<Target, String> {
-    if let Ok(seconds) = text.parse::<f64>() {
-        if seconds.is_finite() {
-            return Ok(Target::Seconds(seconds));
-        }
+    if let Some(seconds) = text.parse::<f64>().ok().filter(|seconds| seconds.is_finite()) {
+        return Ok(Target::Seconds(seconds));
     }
     let parsed = Filter::parse(&format!("time >= {text}"));
     parsed.map(Target::Filter).map_err(|error| match error.hint() {

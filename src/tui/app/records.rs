@@ -10,7 +10,9 @@ impl App {
     pub(super) fn copy(&mut self, action: Action) -> Option<Effect> {
         let text = match (self.view, action) {
             (View::Traffic, Action::CopyRow) => self.traffic.row(&self.store).map(|row| self.row_text(row)),
-            (View::Traffic, Action::CopyHex) => self.traffic.row(&self.store).map(|row| hex(&self.store, row)),
+            (View::Traffic, Action::CopyHex) => {
+                self.traffic.row(&self.store).map(|row| hex(&self.store, row))
+            }
             (View::Traffic, Action::CopyJson) => {
                 let row = self.traffic.row(&self.store);
                 row.map(|row| RowJson::new(&self.store, row).to_string())
@@ -36,7 +38,11 @@ impl App {
             Row::Exchange(row) => (row.label.to_string(), row.title.to_string(), row.said.to_string()),
             Row::Run(run) => {
                 let function = run.function.map(words::function).unwrap_or_default();
-                (run.reason().map_or(run.role.name(), |reason| reason.name()).to_owned(), function, hex(&self.store, row))
+                (
+                    run.reason().map_or(run.role.name(), |reason| reason.name()).to_owned(),
+                    function,
+                    hex(&self.store, row),
+                )
             }
             Row::Remark(row) => (String::new(), String::new(), row.text.to_string()),
         };

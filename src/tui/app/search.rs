@@ -152,7 +152,9 @@ impl App {
         let contains = |text: &str| text.to_lowercase().contains(words);
         let has_words = match row {
             Row::Exchange(row) => [&*row.title, &*row.label, &*row.said].into_iter().any(contains),
-            Row::Run(row) => contains(row.role.name()) || row.reason().is_some_and(|reason| contains(reason.name())),
+            Row::Run(row) => {
+                contains(row.role.name()) || row.reason().is_some_and(|reason| contains(reason.name()))
+            }
             Row::Remark(row) => contains(&row.text),
         };
         let has_bytes = |bytes: &[u8]| {

@@ -180,7 +180,12 @@ impl Traffic {
     }
 
     /// Finds the next row for which something holds, going round at the end; tells whether it went round.
-    pub fn find(&self, store: &Store, is_forward: bool, holds: impl Fn(u64, &Row) -> bool) -> Option<(u64, bool)> {
+    pub fn find(
+        &self,
+        store: &Store,
+        is_forward: bool,
+        holds: impl Fn(u64, &Row) -> bool,
+    ) -> Option<(u64, bool)> {
         let count = self.order.len(store);
         let from = self.place(store).unwrap_or(0);
         let rows = store.list(self.list);

@@ -9,12 +9,12 @@ use super::device::{Change, Device, Point, Quantity, Register, SensorClock};
 use super::finding::Finding;
 use super::health::Health;
 use super::names::Names;
-use super::row::{Exchange, Field, Remark, RemarkKind, Row, Run, RunKind, Value};
+use super::row::{Exchange, Field, Remark, RemarkKind, Row, Run, RunKind};
 use super::{Bus, Rows, Store};
 use crate::decode::frame::{Damaged, Frame, Place, Role};
 use crate::decode::pdu::{self, PduValue};
 use crate::decode::transaction::{Outcome, Transaction};
-use crate::device::{self, Identified, Meaning, Reading};
+use crate::device::{Identified, Meaning, Reading, Value};
 use crate::line::LineSettings;
 use crate::pipeline::{Event, Lost};
 use crate::report::columns;
@@ -253,11 +253,8 @@ impl Feed {
     }
 
     fn frame(&mut self, bus: usize, frame: &Frame<'_>) {
-        let kind = RunKind::Frame {
-            echo: frame.echo,
-            boundary: frame.boundary,
-            confidence: frame.confidence,
-        };
+        let kind =
+            RunKind::Frame { echo: frame.echo, boundary: frame.boundary, confidence: frame.confidence };
         let run = self.run(bus, &frame.place, kind);
         if let Some(health) = self.health(bus) {
             health.frames += 1;
@@ -272,8 +269,10 @@ impl Feed {
             let length = damaged.place.bytes.len() as u64;
             health.reasons[Health::place_of(damaged.reason)] += 1;
             health.damaged_bytes = health.damaged_bytes.saturating_add(length);
-            if matches!(damaged.reason, crate::decode::frame::Reason::Stray | crate::decode::frame::Reason::Noise)
-            {
+            if matches!(
+                damaged.reason,
+                crate::decode::frame::Reason::Stray | crate::decode::frame::Reason::Noise
+            ) {
                 health.stray_bytes = health.stray_bytes.saturating_add(length);
             }
         }
@@ -393,10 +392,8 @@ impl Feed {
     fn observe(&mut self, exchange: &Exchange, row: &Transaction<'_>, meaning: &Meaning<'_>) {
         let is_new_label = exchange.device.is_some() || &*exchange.label != "-";
         let (label, serial) = (Arc::clone(&exchange.label), exchange.serial.clone());
-        let readings: Vec<Quantity> = meaning
-            .readings()
-            .map(|reading| self.quantity(&reading, exchange.end))
-            .collect();
+        let readings: Vec<Quantity> =
+            meaning.readings().map(|reading| self.quantity(&reading, exchange.end)).collect();
         let guesses: Vec<Quantity> = guesses(exchange);
         let device = self.device(exchange.bus, exchange.address);
         device.outcomes[row.outcome as usize] += 1; // in the order of `Outcome::ALL`
@@ -457,7 +454,7 @@ fn fields(meaning: &Meaning<'_>, names: &mut impl FnMut(&str) -> Arc<str>) -> Bo
         let end = |at: usize| u16::try_from(at).unwrap_or(u16::MAX);
         fields.push(Field {
             name: names(field.name),
-            value: value(&field.value),
+            value: owned(&field.value),
             text: field.to_string().into(),
             unit: field.unit.map(&mut *names),
             span: (end(field.span.start), end(field.span.end)),
@@ -469,7 +466,7 @@ fn fields(meaning: &Meaning<'_>, names: &mut impl FnMut(&str) -> Arc<str>) -> Bo
     for reading in meaning.readings().filter(|reading| reading.derived) {
         fields.push(Field {
             name: names(reading.quantity),
-            value: value(&reading.value),
+            value: owned(&reading.value),
             text: reading.to_string().into(),
             unit: reading.unit.map(&mut *names),
             span: (0, 0),
@@ -481,14 +478,15 @@ fn fields(meaning: &Meaning<'_>, names: &mut impl FnMut(&str) -> Arc<str>) -> Bo
     fields.into()
 }
 
-fn value(value: &device::Value<'_>) -> Value {
+/// Makes a value its own.
+fn owned(value: &Value<'_>) -> Value<'static> {
     match value {
-        device::Value::Float32(number) => Value::Single(*number),
-        device::Value::Float64(number) => Value::Number(*number),
-        device::Value::Integer(number) => Value::Number(*number as f64),
-        device::Value::Text(text) => Value::Text((&**text).into()),
-        device::Value::Boolean(flag) => Value::Flag(*flag),
-        device::Value::Null => Value::Null,
+        Value::Text(text) => Value::Text(text.to_string().into()),
+        Value::Float32(number) => Value::Float32(*number),
+        Value::Float64(number) => Value::Float64(*number),
+        Value::Integer(number) => Value::Integer(*number),
+        Value::Boolean(truth) => Value::Boolean(*truth),
+        Value::Null => Value::Null,
     }
 }
 
@@ -500,7 +498,7 @@ fn guesses(exchange: &Exchange) -> Vec<Quantity> {
         name: Arc::clone(&field.name),
         unit: None,
         text: field.text.clone(),
-        value: number(&field.value),
+        value: field.value.as_f64(),
         time: exchange.end,
         is_implausible: field.is_implausible,
         is_derived: false,
@@ -508,14 +506,6 @@ fn guesses(exchange: &Exchange) -> Vec<Quantity> {
         history: super::Pages::default(),
     };
     fields.map(quantity).collect()
-}
-
-fn number(value: &Value) -> Option<f64> {
-    match value {
-        Value::Number(number) => Some(*number),
-        Value::Single(number) => Some(f64::from(*number)),
-        _ => None,
-    }
 }
 
 /// Returns the registers that an exchange read or wrote, with their raw words.
@@ -554,10 +544,9 @@ fn settings(device: &mut Device, exchange: &Exchange, is_write: bool) {
             ("time", Value::Text(text)) if !is_write => {
                 let shown = NaiveDateTime::parse_from_str(text, "%Y-%m-%dT%H:%M:%S").ok();
                 let shown = shown.and_then(|time| time.and_utc().timestamp_nanos_opt());
-                device.clock = shown.zip(exchange.end).map(|(shown, at)| SensorClock {
-                    shown: Timestamp::from_ns(shown),
-                    at,
-                });
+                device.clock = shown
+                    .zip(exchange.end)
+                    .map(|(shown, at)| SensorClock { shown: Timestamp::from_ns(shown), at });
             }
             ("time", _) => {}
             (name, _) if device.quantities.iter().any(|quantity| *quantity.name == *name) => {}

@@ -101,9 +101,8 @@ impl Findings {
             Row::Exchange(exchange) => exchange.ids,
             Row::Remark(_) => [None, None],
         };
-        let shows = move |finding: &&Finding| {
-            ids.iter().flatten().any(|id| finding.frames.binary_search(id).is_ok())
-        };
+        let shows =
+            move |finding: &&Finding| ids.iter().flatten().any(|id| finding.frames.binary_search(id).is_ok());
         self.list.iter().map(|finding| &**finding).filter(shows)
     }
 }

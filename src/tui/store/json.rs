@@ -4,9 +4,10 @@ use std::fmt;
 
 use serde_json::{Value as Json, json};
 
-use super::row::{Exchange, Field, Remark, RemarkKind, Row, Run, RunKind, Value};
+use super::row::{Exchange, Remark, RemarkKind, Row, Run, RunKind};
 use super::{List, Store};
-use crate::report::columns;
+use crate::device::Value;
+use crate::report::{columns, value_json};
 use crate::time::Span;
 
 /// Is a row to be written as JSON.
@@ -76,13 +77,13 @@ impl<'a> RowJson<'a> {
             "address" => json!(run.address),
             "function" => json!(run.function.map(|code| code.0)),
             "boundary" => json!(boundary),
-            "confidence" => number(&crate::device::Value::Float32(confidence)),
+            "confidence" => {
+                serde_json::from_str(&value_json(&Value::Float32(confidence))).unwrap_or(Json::Null)
+            }
             "gap_before_ns" => middle(run.gap),
             "gap_error_ns" => error(run.gap),
             "line_errors" => {
-                let one = |error: &crate::decode::chunk::LineError| {
-                    json!({"offset": error.offset, "kind": error.kind.name()})
-                };
+                let one = |error: &crate::decode::chunk::LineError| json!({"offset": error.offset, "kind": error.kind.name()});
                 run.line_errors.iter().map(one).collect()
             }
             _ => Json::Null,
@@ -135,17 +136,12 @@ fn error(span: Option<Span>) -> Json {
     json!(span.map(|span| span.half_width()))
 }
 
-/// Writes a number as the shortest decimal of its own width.
-fn number(value: &crate::device::Value<'_>) -> Json {
-    serde_json::from_str(&value.to_string()).unwrap_or(Json::Null)
-}
-
 /// Writes the fields that are sure and lie in a frame.
 fn fields(f: &mut fmt::Formatter<'_>, row: &Exchange) -> fmt::Result {
     let sure = row.fields.iter().filter(|field| !field.is_guess && field.span.1 > 0);
     f.write_str("[")?;
     for (index, field) in sure.enumerate() {
-        let value = value(field);
+        let value = value_json(&field.value);
         let (name, text) = (json!(&*field.name), json!(&*field.text));
         let (unit, side) = (json!(field.unit.as_deref()), json!(field.side.name()));
         let (start, end) = field.span;
@@ -153,14 +149,4 @@ fn fields(f: &mut fmt::Formatter<'_>, row: &Exchange) -> fmt::Result {
         write!(f, ",\"text\":{text},\"unit\":{unit},\"in\":{side},\"span\":[{start},{end}]}}")?;
     }
     f.write_str("]")
-}
-
-fn value(field: &Field) -> Json {
-    match &field.value {
-        Value::Number(value) => number(&crate::device::Value::Float64(*value)),
-        Value::Single(value) => number(&crate::device::Value::Float32(*value)),
-        Value::Text(text) => json!(&**text),
-        Value::Flag(flag) => json!(flag),
-        Value::Null => Json::Null,
-    }
 }

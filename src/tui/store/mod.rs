@@ -26,7 +26,7 @@ pub use finding::{Finding, Findings, Severity};
 pub use health::{Health, Histogram, Second};
 pub use json::RowJson;
 pub use pages::Pages;
-pub use row::{Exchange, Field, Remark, RemarkKind, Row, Run, RunKind, Tone, Value};
+pub use row::{Exchange, Field, Remark, RemarkKind, Row, Run, RunKind, Tone};
 pub use subject::RowSubject;
 
 use crate::line::LineSettings;

@@ -6,6 +6,7 @@ use crate::decode::chunk::LineError;
 use crate::decode::frame::{Boundary, Reason, Role};
 use crate::decode::function::FunctionCode;
 use crate::decode::transaction::Outcome;
+use crate::device::Value;
 use crate::time::{Span, Timestamp};
 
 /// Is a row of the traffic.
@@ -72,7 +73,7 @@ pub struct Field {
     /// What it is called.
     pub name: Arc<str>,
     /// Its value.
-    pub value: Value,
+    pub value: Value<'static>,
     /// How it is shown, with its unit.
     pub text: Box<str>,
     /// In what it is measured.
@@ -85,21 +86,6 @@ pub struct Field {
     pub is_guess: bool,
     /// Whether it is outside of what can be.
     pub is_implausible: bool,
-}
-
-/// Is the value of a field, as far as a filter compares it.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Value {
-    /// A number.
-    Number(f64),
-    /// A number from a 32-bit float.
-    Single(f32),
-    /// A text.
-    Text(Box<str>),
-    /// Yes or no.
-    Flag(bool),
-    /// None.
-    Null,
 }
 
 /// Is a frame or a damaged run.

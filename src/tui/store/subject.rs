@@ -1,8 +1,8 @@
 //! What the display filter may ask of a row.
 
-use super::row::{Exchange, Row, Value};
+use super::row::{Exchange, Row};
 use super::{List, Store};
-use crate::analyze::filter::{Field, FieldValue, Subject};
+use crate::analyze::filter::{Field, Subject};
 use crate::decode::frame::{Reason, Role};
 use crate::decode::function::{ExceptionCode, FunctionCode};
 use crate::decode::pdu;
@@ -161,15 +161,6 @@ impl Subject for RowSubject<'_> {
     fn any_field(&self, name: &str, test: &mut dyn FnMut(Field<'_>) -> bool) -> bool {
         let Some(exchange) = self.exchange() else { return false };
         let mut named = exchange.fields.iter().filter(|field| !field.is_guess && *field.name == *name);
-        named.any(|field| {
-            let value = match &field.value {
-                Value::Number(number) => FieldValue::Number(*number),
-                Value::Single(number) => FieldValue::Single(*number),
-                Value::Text(text) => FieldValue::Text(text),
-                Value::Flag(flag) => FieldValue::Flag(*flag),
-                Value::Null => FieldValue::Null,
-            };
-            test(Field { value, text: Some(&field.text) })
-        })
+        named.any(|field| test(Field { value: report::compared(&field.value), text: Some(&field.text) }))
     }
 }

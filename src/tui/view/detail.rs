@@ -51,7 +51,14 @@ fn line(app: &App, node: &Node, area: Rect, y: u16, buffer: &mut Buffer) {
     let end = put(buffer, area, x, y, &node.label, style);
     let label_width = if area.width < 48 { 15 } else { 19 };
     let x = (area.x + 9 + label_width).max(end + u16::from(width(&node.label) > 0));
-    put(buffer, area, x, y, &node.text, if node.tone == Tone::Good { theme.text } else { theme.tone(node.tone) });
+    put(
+        buffer,
+        area,
+        x,
+        y,
+        &node.text,
+        if node.tone == Tone::Good { theme.text } else { theme.tone(node.tone) },
+    );
 }
 
 /// Writes the first and last offset of a field, counted from the address byte.

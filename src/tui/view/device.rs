@@ -66,7 +66,14 @@ fn head(app: &App, device: &Device, area: Rect, buffer: &mut Buffer) -> u16 {
     let theme = &app.theme;
     let mut x = put(buffer, area, area.x + 1, area.y, &format!("address {}  ", device.address), theme.strong);
     let serial = device.serial.as_deref().unwrap_or("serial number not read");
-    x = put(buffer, area, x, area.y, &format!("{}  ", device.id.as_deref().unwrap_or(&device.label)), theme.accent);
+    x = put(
+        buffer,
+        area,
+        x,
+        area.y,
+        &format!("{}  ", device.id.as_deref().unwrap_or(&device.label)),
+        theme.accent,
+    );
     x = put(buffer, area, x, area.y, serial, theme.text);
     let versions = [("hardware", &device.hardware), ("software", &device.firmware)];
     for (name, version) in versions {
@@ -202,7 +209,10 @@ fn register(app: &App, register: &Register, area: Rect, y: u16, buffer: &mut Buf
 /// Writes raw words, high byte first.
 fn words(register: &Register) -> String {
     let words = register.words.chunks(2).take(16);
-    words.map(|word| word.iter().map(|byte| format!("{byte:02x}")).collect::<String>()).collect::<Vec<_>>().join(" ")
+    words
+        .map(|word| word.iter().map(|byte| format!("{byte:02x}")).collect::<String>())
+        .collect::<Vec<_>>()
+        .join(" ")
 }
 
 /// Draws what there is to see of the selected line, and below it the other quantities where there is room.
@@ -230,7 +240,10 @@ fn right(app: &App, device: &Device, item: Option<PageItem>, area: Rect, buffer:
 
 fn over_time(app: &App, quantity: &Quantity, area: Rect, buffer: &mut Buffer) {
     let theme = &app.theme;
-    let unit = quantity.unit.as_deref().map(|unit| format!(" in {unit}")).unwrap_or_default();
+    let is_percent = short_value(quantity).ends_with('%');
+    let factor = if is_percent { 100.0 } else { 1.0 };
+    let unit = quantity.unit.as_deref().or(is_percent.then_some("%"));
+    let unit = unit.map(|unit| format!(" in {unit}")).unwrap_or_default();
     let x = put(buffer, area, area.x + 1, area.y, &quantity.name, theme.accent);
     put(buffer, area, x, area.y, &unit, theme.dim);
     let now = app.store().now();
@@ -244,18 +257,23 @@ fn over_time(app: &App, quantity: &Quantity, area: Rect, buffer: &mut Buffer) {
     };
     let (first, last) = (first.time, last.time);
     let span = (last - first).max(1) as f64;
-    let values: Vec<f64> = points.iter().map(|point| point.value).collect();
+    let values: Vec<f64> = points.iter().map(|point| point.value * factor).collect();
     // Every point has its time; where there are more than dots, their means are evenly spread.
     let dots = usize::from(area.width) * 2;
     let placed: Vec<(f64, f64)> = if points.len() <= dots {
-        points.iter().map(|point| ((point.time - first) as f64 / span, point.value)).collect()
+        points.iter().map(|point| ((point.time - first) as f64 / span, point.value * factor)).collect()
     } else {
         let means = resample(&values, dots);
         means.iter().enumerate().map(|(at, value)| (at as f64 / (dots - 1) as f64, *value)).collect()
     };
     let labels = [first, last].map(|time| app.clock().of_day(time));
     let look = Look { line: theme.accent, label: theme.dim };
-    let chart_area = Rect { x: area.x + 1, y: area.y + 1, width: area.width.saturating_sub(1), height: area.height.saturating_sub(1) };
+    let chart_area = Rect {
+        x: area.x + 1,
+        y: area.y + 1,
+        width: area.width.saturating_sub(1),
+        height: area.height.saturating_sub(1),
+    };
     chart(buffer, chart_area, &placed, [labels[0].trim(), labels[1].trim()], look);
 }
 
@@ -265,14 +283,16 @@ fn history(app: &App, setting: &Setting, area: Rect, buffer: &mut Buffer) {
     for (y, change) in (area.y + 1..area.bottom()).zip(setting.changes.iter().rev()) {
         let time = change.time.map_or_else(String::new, |time| app.clock().of_day(time));
         put(buffer, area, area.x + 1, y, &time, theme.dim);
-        let x = put(buffer, area, area.x + 15, y, if change.is_written { "written" } else { "read" }, theme.text);
+        let x =
+            put(buffer, area, area.x + 15, y, if change.is_written { "written" } else { "read" }, theme.text);
         put(buffer, area, x.max(area.x + 23), y, &change.text, theme.strong);
     }
 }
 
 fn raw(app: &App, register: &Register, area: Rect, buffer: &mut Buffer) {
     let theme = &app.theme;
-    let title = format!("{}: {} times, last {}", register.title, thousands(register.count), register.outcome.name());
+    let title =
+        format!("{}: {} times, last {}", register.title, thousands(register.count), register.outcome.name());
     put(buffer, area, area.x + 1, area.y, &title, theme.dim);
     if register.words.is_empty() {
         put(buffer, area, area.x + 1, area.y + 1, "no data was read or written", theme.dim);

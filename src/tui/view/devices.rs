@@ -65,7 +65,11 @@ pub(super) fn identity(device: &Device) -> String {
             "never answered".to_owned()
         }
         (None, _) if device.label.ends_with('?') => {
-            format!("likely {}, not proven; --device {}=… settles it", device.label.trim_end_matches('?'), device.address)
+            format!(
+                "likely {}, not proven; --device {}=… settles it",
+                device.label.trim_end_matches('?'),
+                device.address
+            )
         }
         (None, _) => "not recognised: no profile fits".to_owned(),
     }
@@ -117,7 +121,15 @@ fn glow(app: &App, device: &Device) -> (&'static str, Style) {
     }
 }
 
-fn line(app: &App, device: &Device, area: Rect, inner: Rect, y: u16, columns: &[Placed], buffer: &mut Buffer) {
+fn line(
+    app: &App,
+    device: &Device,
+    area: Rect,
+    inner: Rect,
+    y: u16,
+    columns: &[Placed],
+    buffer: &mut Buffer,
+) {
     let theme = &app.theme;
     let (glyph, glow) = glow(app, device);
     // What answers nothing, or reports an error of its own, is marked until it does better.
@@ -135,7 +147,13 @@ fn line(app: &App, device: &Device, area: Rect, inner: Rect, y: u16, columns: &[
             3 => (device.serial.as_deref().unwrap_or_default().to_owned(), theme.dim),
             4 => (device.firmware.as_deref().unwrap_or_default().to_owned(), theme.dim),
             5 => {
-                values(app, device, glow, Rect { x: inner.x + column.x, y, width: column.width, height: 1 }, buffer);
+                values(
+                    app,
+                    device,
+                    glow,
+                    Rect { x: inner.x + column.x, y, width: column.width, height: 1 },
+                    buffer,
+                );
                 continue;
             }
             6 => {

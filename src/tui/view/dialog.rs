@@ -22,13 +22,9 @@ pub(super) fn draw(app: &App, dialog: Dialog, body: Rect, buffer: &mut Buffer) {
 /// Clears a window in the middle of an area, with a title and a frame; returns what is inside.
 fn window(app: &App, title: &str, width: u16, height: u16, body: Rect, buffer: &mut Buffer) -> Rect {
     let (width, height) = (width.min(body.width), height.min(body.height));
-    let area = Rect {
-        x: body.x + (body.width - width) / 2,
-        y: body.y + (body.height - height) / 2,
-        width,
-        height,
-    }
-    .intersection(*buffer.area());
+    let area =
+        Rect { x: body.x + (body.width - width) / 2, y: body.y + (body.height - height) / 2, width, height }
+            .intersection(*buffer.area());
     for position in area.positions() {
         buffer[position].reset();
     }

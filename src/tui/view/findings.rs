@@ -34,8 +34,11 @@ pub(super) fn draw(app: &App, area: Rect, buffer: &mut Buffer) {
     let titles = ["CODE", "NAME", "ADDR", "COUNT", "LAST", "OBSERVED"];
     let (height, _) = heights(area.height);
     let top = super::first_row(app.finding, findings.len(), usize::from(height));
-    let at = |column: &crate::tui::widget::columns::Placed, y| {
-        Rect { x: area.x + 2 + column.x, y, width: column.width, height: 1 }
+    let at = |column: &crate::tui::widget::columns::Placed, y| Rect {
+        x: area.x + 2 + column.x,
+        y,
+        width: column.width,
+        height: 1,
     };
     for column in &columns {
         let cell = at(column, area.y);
@@ -44,7 +47,8 @@ pub(super) fn draw(app: &App, area: Rect, buffer: &mut Buffer) {
             _ => drop(put(buffer, cell, cell.x, area.y, titles[column.at], app.theme.dim)),
         }
     }
-    for (y, (index, finding)) in (area.y + 1..area.y + 1 + height).zip(findings.iter().enumerate().skip(top)) {
+    for (y, (index, finding)) in (area.y + 1..area.y + 1 + height).zip(findings.iter().enumerate().skip(top))
+    {
         let tone = tone(finding.severity);
         put(buffer, area, area.x, y, glyph(tone), app.theme.tone(tone));
         for column in &columns {

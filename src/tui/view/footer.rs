@@ -51,9 +51,7 @@ pub(super) fn draw(app: &App, regions: &Regions, buffer: &mut Buffer) {
 /// Returns the five most useful keys where one is.
 fn keys(app: &App) -> [Action; 5] {
     match (app.dialog, app.view) {
-        (Some(Dialog::Columns(_)), _) => {
-            [Action::Open, Action::Sort, Action::Back, Action::Up, Action::Down]
-        }
+        (Some(Dialog::Columns(_)), _) => [Action::Open, Action::Sort, Action::Back, Action::Up, Action::Down],
         (Some(_), _) => [Action::Back, Action::Up, Action::Down, Action::PageDown, Action::Bottom],
         (None, View::Traffic) if app.traffic.pane != Pane::List => {
             [Action::Help, Action::FilterSelected, Action::NextPane, Action::Partner, Action::Back]

@@ -99,24 +99,20 @@ fn series(app: &App, bus: &Bus, area: Rect, buffer: &mut Buffer) {
     let steps = bus.health.steps(until - shown * step, step, until);
     let late = of_late(app, bus).unwrap_or_default();
     let height = (area.height / 3).max(1);
-    let lines: [(&str, String, fn(&Second) -> f64, Option<f64>, Style); 3] = [
-        (
-            "LOAD",
-            format!("{:.0} %", late.0 * 100.0),
-            |second| second.busy_ns as f64,
-            Some((step * SECOND) as f64),
-            theme.accent,
-        ),
-        ("FRAMES", format!("{:.1} /s", late.1), |second| f64::from(second.frames), None, theme.accent),
-        ("ERRORS", format!("{:.1} /s", late.2), |second| f64::from(second.errors), None, theme.bad),
+    let busy_of = |second: &Second| second.busy_ns as f64;
+    let values = |of: &dyn Fn(&Second) -> f64| steps.iter().map(of).collect::<Vec<f64>>();
+    let lines = [
+        ("LOAD", format!("{:.0} %", late.0 * 100.0), values(&busy_of), Some((step * SECOND) as f64)),
+        ("FRAMES", format!("{:.1} /s", late.1), values(&|second| f64::from(second.frames)), None),
+        ("ERRORS", format!("{:.1} /s", late.2), values(&|second| f64::from(second.errors)), None),
     ];
-    for (index, (name, value, of, most, style)) in lines.into_iter().enumerate() {
+    for (index, (name, value, values, most)) in lines.into_iter().enumerate() {
         let y = area.y + height * u16::try_from(index).unwrap_or(0);
         let part = Rect { y, height, ..area }.intersection(area);
         put(buffer, part, part.x, y, name, theme.dim);
         let label = Rect { x: part.x + 7, width: 8, height: 1, y };
         put_right(buffer, label.intersection(part), y, &value, theme.strong);
-        let values: Vec<f64> = steps.iter().map(of).collect();
+        let style = if name == "ERRORS" { theme.bad } else { theme.accent };
         let plot = Rect { x: part.x + 16, width: part.width.saturating_sub(16), ..part };
         bars(buffer, plot, &values, most, |_| style);
     }
@@ -142,11 +138,7 @@ fn histogram(app: &App, bus: &Bus, kind: Kind, area: Rect, buffer: &mut Buffer) 
         return;
     }
     let quantile = |share: f64| histogram.quantile(share).unwrap_or(0);
-    let summary = format!(
-        "half below {}, 95 % below {}",
-        age_ms(quantile(0.5)),
-        age_ms(quantile(0.95)),
-    );
+    let summary = format!("half below {}, 95 % below {}", age_ms(quantile(0.5)), age_ms(quantile(0.95)),);
     put(buffer, area, x + 2, area.y, &summary, theme.text);
     // From 100 µs on: nothing of interest is faster; as many columns a class as there is room for.
     let first = Histogram::class(100_000);
@@ -173,18 +165,18 @@ fn histogram(app: &App, bus: &Bus, kind: Kind, area: Rect, buffer: &mut Buffer) 
         put(buffer, area, column(ns), y, &tick(ns), theme.dim);
     }
     if kind == Kind::Gap {
-        for (name, ns) in [("1.5", bus.line.t1_5_ns()), ("3.5", bus.line.t3_5_ns())] {
+        for ns in [bus.line.t1_5_ns(), bus.line.t3_5_ns()] {
             let x = column(ns);
-            for y in plot.y + 1..plot.bottom() {
+            for y in plot.y..plot.bottom() {
                 if buffer.cell((x, y)).is_some_and(|cell| cell.symbol() == " ") {
                     put(buffer, area, x, y, "┊", theme.strong);
                 }
             }
-            // At the top, where the bars of such short gaps rarely are.
-            if buffer.cell((x, plot.y)).is_some_and(|cell| cell.symbol() == " ") {
-                put(buffer, area, x.saturating_sub(1), plot.y, name, theme.strong);
-            }
         }
+        // Beside the lines, where the bars of such short gaps rarely are.
+        let left = Rect { width: column(bus.line.t1_5_ns()).saturating_sub(area.x), ..area };
+        put_right(buffer, left, plot.y, "t1.5", theme.strong);
+        put(buffer, area, column(bus.line.t3_5_ns()) + 1, plot.y, "t3.5", theme.strong);
     }
 }
 
@@ -201,8 +193,7 @@ fn age_ms(ns: i64) -> String {
 /// Lists who answers how often, and who does not.
 fn shares(app: &App, area: Rect, buffer: &mut Buffer) {
     let theme = &app.theme;
-    let kinds =
-        [Outcome::Answered, Outcome::NoResponse, Outcome::Exception, Outcome::Damaged, Outcome::Late];
+    let kinds = [Outcome::Answered, Outcome::NoResponse, Outcome::Exception, Outcome::Damaged, Outcome::Late];
     let (wide, titles) = if area.width < 50 {
         (7, ["OK", "NONE", "EXC", "DAMAGE", "LATE"])
     } else {
@@ -257,7 +248,11 @@ fn line(app: &App, bus: &Bus, area: Rect, buffer: &mut Buffer) {
     if health.damaged() > 0 {
         let [crc, truncated, stray, noise] = health.reasons;
         let text = format!("damaged: {crc} crc, {truncated} truncated, {stray} stray, {noise} noise");
-        let bytes = format!(", {} bytes, {} of them stray", thousands(health.damaged_bytes), thousands(health.stray_bytes));
+        let bytes = format!(
+            ", {} bytes, {} of them stray",
+            thousands(health.damaged_bytes),
+            thousands(health.stray_bytes)
+        );
         lines.push((text + &bytes, theme.bad));
     }
     let [parity, breaks, overruns] = health.line_errors;

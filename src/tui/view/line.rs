@@ -57,7 +57,8 @@ fn hint(app: &App, prompt: &Prompt, regions: &Regions, buffer: &mut Buffer) {
     let error = prompt.error.as_ref().map(|(column, error)| (*column, error.as_str()));
     // While a word is typed that may become right, what it may become is said first.
     let word_at = prompt.text().get(..prompt.completion.start).map_or(0, |before| before.chars().count());
-    let is_unfinished = error.is_some_and(|(column, _)| column > word_at) && !prompt.completion.words.is_empty();
+    let is_unfinished =
+        error.is_some_and(|(column, _)| column > word_at) && !prompt.completion.words.is_empty();
     if let Some((_, error)) = error.filter(|_| !is_unfinished) {
         x = put(buffer, area, x, area.y, error, app.theme.bad) + 2;
     } else if error.is_none() && prompt.ask.is_filter() && !prompt.text().is_empty() {

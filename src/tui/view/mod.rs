@@ -74,7 +74,9 @@ fn short_span(span: Option<Span>) -> String {
             format!("{:.0} ±{:.0} s", middle / 1000.0, error / 1000.0)
         }
         // An error below a tenth of what is shown is not worth the room.
-        Some((middle, error)) if error >= 0.5 && error * 10.0 >= middle => format!("{middle:.0} ±{error:.0} ms"),
+        Some((middle, error)) if error >= 0.5 && error * 10.0 >= middle => {
+            format!("{middle:.0} ±{error:.0} ms")
+        }
         Some((middle, error)) if error >= 0.5 => format!("{middle:.0} ms"),
         Some((middle, _)) => format!("{middle:.1} ms"),
     }

@@ -123,9 +123,9 @@ fn columns(app: &App, width: u16) -> Vec<Placed> {
             Column::Bus => (0, 0, 0),
             Column::Address => (4, 0, 1),
             Column::Device => (if is_frames { 10 } else { 13 }, 0, 7),
-            Column::Command => (if is_frames { 8 } else { 15 }, if is_wide { 7 } else { 0 }, 4),
+            Column::Command => (if is_frames { 9 } else { 16 }, if is_wide { 7 } else { 0 }, 4),
             Column::Latency => (10, 0, 8),
-            Column::Said => (19, u16::MAX, 0),
+            Column::Said => (18, u16::MAX, 0),
         };
         let width = if app.traffic.columns.is_shown(*column) { width } else { 0 };
         Spec { width, extra, leaves }
@@ -245,7 +245,7 @@ fn said(app: &App, area: Rect, row: &Row, has_command: bool, buffer: &mut Buffer
                 (false, "done") => theme.dim,
                 (false, _) => theme.text,
             };
-            let rest = if area.width < WORDS_FROM { values(exchange, &rest) } else { rest };
+            let rest = values(exchange, &rest, area.width >= WORDS_FROM);
             put(buffer, area, x, area.y, &rest, style);
         }
         Row::Run(run) => {
@@ -263,15 +263,17 @@ fn said(app: &App, area: Rect, row: &Row, has_command: bool, buffer: &mut Buffer
     }
 }
 
-/// Writes what an exchange said in little room: where a value has its unit, that says what it is.
-fn values(exchange: &Exchange, in_words: &str) -> String {
+/// Writes what an exchange said, without notes that are due for every value; with little room without names where the
+/// unit says what it is.
+fn values(exchange: &Exchange, in_words: &str, has_names: bool) -> String {
     let fields = exchange.fields.iter().filter(|field| field.span.1 > 0);
     let value = |field: &Field| {
-        let text = field.text.split_once(" (").map_or(&*field.text, |(value, _)| value);
-        let mark = if field.is_guess { "?" } else { "" };
+        let is_noted = field.is_implausible && !field.is_guess;
+        let short = field.text.split_once(" (").filter(|_| !is_noted).map(|(value, _)| value);
+        let (text, mark) = (short.unwrap_or(&field.text), if field.is_guess { "?" } else { "" });
         match &field.unit {
-            Some(_) => format!("{text}{mark}"),
-            None => format!("{} {text}{mark}", field.name),
+            Some(_) if !has_names => format!("{text}{mark}"),
+            _ => format!("{}{mark} {text}", field.name),
         }
     };
     let values: Vec<String> = fields.map(value).collect();

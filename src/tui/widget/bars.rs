@@ -9,7 +9,13 @@ const EIGHTHS: [&str; 9] = [" ", "▁", "▂", "▃", "▄", "▅", "▆", "▇"
 
 /// Draws numbers as bars that stand on the last line of an area, a column each; the largest fills it unless `most` says
 /// what does. Anything above zero is seen.
-pub fn bars(buffer: &mut Buffer, area: Rect, values: &[f64], most: Option<f64>, style: impl Fn(usize) -> Style) {
+pub fn bars(
+    buffer: &mut Buffer,
+    area: Rect,
+    values: &[f64],
+    most: Option<f64>,
+    style: impl Fn(usize) -> Style,
+) {
     let area = area.intersection(*buffer.area());
     let largest = values.iter().copied().fold(0.0, f64::max);
     let most = most.unwrap_or(largest).max(f64::MIN_POSITIVE);

@@ -24,9 +24,8 @@ pub struct Look {
 pub fn chart(buffer: &mut Buffer, area: Rect, points: &[(f64, f64)], labels: [&str; 2], look: Look) {
     let area = area.intersection(*buffer.area());
     let values = points.iter().map(|(_, value)| *value);
-    let (least, most) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), value| {
-        (least.min(value), most.max(value))
-    });
+    let (least, most) = values
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), value| (least.min(value), most.max(value)));
     if !(least.is_finite() && most.is_finite()) || area.width < 12 || area.height < 3 {
         return;
     }
@@ -74,7 +73,8 @@ fn dots(buffer: &mut Buffer, plot: Rect, points: &[(f64, f64)], (least, most): (
 
 /// Writes a value with as many decimals as its scale needs.
 fn short(value: f64, span: f64) -> String {
-    let decimals = (1.0 - (span.abs().max(f64::MIN_POSITIVE).log10() + 1e-9).floor()).clamp(0.0, 6.0) as usize;
+    let decimals =
+        (1.0 - (span.abs().max(f64::MIN_POSITIVE).log10() + 1e-9).floor()).clamp(0.0, 6.0) as usize;
     format!("{value:.decimals$}")
 }
 

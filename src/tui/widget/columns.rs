@@ -30,7 +30,9 @@ pub fn fit(specs: &[Spec], width: u16) -> Vec<Placed> {
         widths.saturating_add(u16::try_from(shown.len().saturating_sub(1)).unwrap_or(u16::MAX))
     };
     while shown.len() > 1 && need(&shown) > width {
-        let Some(place) = (0..shown.len()).rev().max_by_key(|place| specs[shown[*place]].leaves) else { break };
+        let Some(place) = (0..shown.len()).rev().max_by_key(|place| specs[shown[*place]].leaves) else {
+            break;
+        };
         shown.remove(place);
     }
     let mut spare = width.saturating_sub(need(&shown));
@@ -54,7 +56,8 @@ mod tests {
     fn the_least_important_leaves_first_and_the_rest_is_shared_out() {
         let spec = |width, extra, leaves| Spec { width, extra, leaves };
         let specs = [spec(10, 0, 1), spec(8, 0, 9), spec(5, 100, 0)];
-        let at = |width| fit(&specs, width).iter().map(|column| (column.at, column.width)).collect::<Vec<_>>();
+        let at =
+            |width| fit(&specs, width).iter().map(|column| (column.at, column.width)).collect::<Vec<_>>();
         assert_eq!(at(40), [(0, 10), (1, 8), (2, 20)]);
         assert_eq!(at(20), [(0, 10), (2, 9)]);
         assert_eq!(at(3), [(2, 3)]);

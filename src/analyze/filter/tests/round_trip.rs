@@ -2,11 +2,11 @@
 
 use proptest::prelude::*;
 
-use super::super::Filter;
 use super::super::keys::{NumberKey, TextKey};
 use super::super::moment::{Moment, Since};
 use super::super::tree::{Condition, Expression, Literal, Operator, Test};
 use super::super::value::number_of;
+use super::super::{Completion, Filter, Vocabulary};
 use crate::time::SECOND;
 
 fn condition<T: std::fmt::Debug + Clone + 'static>(
@@ -146,6 +146,42 @@ proptest! {
         match Filter::parse(&text) {
             Ok(filter) => prop_assert_eq!(Filter::parse(&filter.to_string()), Ok(filter)),
             Err(error) => prop_assert!(text.is_char_boundary(error.offset()), "{}", error),
+        }
+        let completion = Completion::of(&text, &Vocabulary::default());
+        prop_assert!(text.is_char_boundary(completion.start));
+    }
+
+    #[test]
+    fn what_is_offered_next_is_right_as_far_as_it_goes(
+        root in expression(),
+        cut in any::<proptest::sample::Index>(),
+    ) {
+        let whole = Filter { root }.to_string();
+        let ends: Vec<usize> = whole.match_indices(' ').map(|(at, _)| at + 1).chain([0]).collect();
+        let before = &whole[..ends[cut.index(ends.len())]];
+        // Within quotes a space ends no word.
+        prop_assume!(!before.contains(['"', '\'']));
+        let Completion { start, words } = Completion::of(before, &Vocabulary::default());
+        prop_assert_eq!(start, before.len());
+        for word in words {
+            let text = format!("{before}{word} ");
+            if let Err(error) = Filter::parse(&text) {
+                prop_assert!(error.offset() > start, "'{}': {}", text, error);
+            }
+        }
+    }
+
+    #[test]
+    fn a_field_with_its_value_makes_a_filter_that_reads_back(
+        name in "[A-Za-z_][A-Za-z0-9_]{0,8}",
+        number in any::<f32>().prop_filter("finite", |number| number.is_finite()),
+        text in any::<String>(),
+        root in expression(),
+    ) {
+        for filter in [Filter::of_field(&name, &number.to_string(), true), Filter::of_field(&name, &text, false)] {
+            prop_assert_eq!(Filter::parse(&filter.to_string()), Ok(filter.clone()));
+            let both = Filter { root: root.clone() }.and(filter);
+            prop_assert_eq!(Filter::parse(&both.to_string()), Ok(both));
         }
     }
 }

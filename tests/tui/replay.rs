@@ -1,0 +1,242 @@
+//! A recording in the UI: the timeline, and what keys and mouse ask of the player.
+
+use std::sync::Arc;
+
+use crossterm::event::{KeyModifiers, MouseButton, MouseEvent, MouseEventKind};
+use ratatui::style::{Color, Modifier};
+use rtutap::analyze::filter::Filter;
+use rtutap::time::SECOND;
+use rtutap::tui::app::replay::{Order, Replay, Way};
+use rtutap::tui::app::{Effect, Message, Options};
+use rtutap::tui::store::List;
+use rtutap::tui::timeline::{Bucket, Series, Sought, Timeline};
+
+use crate::session::Session;
+
+/// How long the recording is, in nanoseconds.
+const END: i64 = 600 * SECOND;
+
+/// Is a recording of ten minutes, decoded up to the seventh, with trouble in the second and fifth.
+fn timeline() -> Timeline {
+    let mut events = Series::default();
+    for second in 0..420 {
+        let busy_ns = SECOND / 10 * (1 + second / 20 % 5);
+        let errors = u64::from(second == 90 || second == 275);
+        let findings = u64::from(second == 330);
+        events.add(second * SECOND, &Bucket { busy_ns, errors, findings, matches: 0 });
+    }
+    Timeline { events, decoded_ns: 420 * SECOND, end_ns: END, share: 0.7, ..Timeline::default() }
+}
+
+fn replay(session: &Session) -> Replay {
+    let store = session.app.store();
+    let timeline = Timeline { origin: store.begun(), ..timeline() };
+    Replay { timeline: Arc::new(timeline), playhead: 200 * SECOND, speed: 1.0, ..Replay::default() }
+}
+
+/// Shows a recording, with what a test changes of it.
+fn session(columns: u16, lines: u16, change: impl Fn(&mut Replay)) -> Session {
+    let options = Options { is_live: false, ..Options::default() };
+    let mut session = Session::with(options, columns, lines, 700);
+    let mut replay = replay(&session);
+    change(&mut replay);
+    session.app.update(Message::Replay(replay));
+    session
+}
+
+fn order(effect: Option<Effect>) -> Order {
+    match effect {
+        Some(Effect::Replay(order)) => order,
+        other => panic!("no order: {other:?}"),
+    }
+}
+
+fn check(name: &str, change: impl Fn(&mut Replay)) {
+    for (columns, lines) in [(40, 12), (80, 24), (140, 45)] {
+        let session = session(columns, lines, &change);
+        insta::assert_snapshot!(format!("{name}_{columns}x{lines}"), session.screen());
+    }
+}
+
+#[test]
+fn a_recording_that_is_being_decoded() {
+    check("replay", |_| {});
+}
+
+#[test]
+fn a_recording_that_is_played_with_a_filter() {
+    check("replay_filtered", |replay| {
+        let mut hits = Series::default();
+        [20, 21, 150, 410].map(|at| hits.add(at * SECOND, &Bucket { matches: 3, ..Bucket::default() }));
+        (replay.is_playing, replay.speed) = (true, 10.0);
+        let timeline = Arc::make_mut(&mut replay.timeline);
+        (timeline.decoded_ns, timeline.is_complete, timeline.hits) = (END, true, Some((hits, 450 * SECOND)));
+    });
+}
+
+#[test]
+fn a_playhead_on_its_way() {
+    check("replay_way", |replay| replay.way = Some((Way::Place(500 * SECOND), 0.42)));
+}
+
+#[test]
+fn the_timeline_says_the_same_with_and_without_colour() {
+    let session = session(100, 30, |_| {});
+    let buffer = session.buffer();
+    let area = session.app.regions().timeline.expect("a timeline");
+    let column = |second: i64| area.x + u16::try_from(second * i64::from(area.width) / 600).expect("narrow");
+    let (load, marks) = (area.y, area.y + 1);
+    let error = &buffer[(column(90), marks)];
+    assert_eq!((error.symbol(), error.fg), ("✗", Color::Red));
+    let finding = &buffer[(column(330), marks)];
+    assert_eq!((finding.symbol(), finding.fg), ("▲", Color::Yellow));
+    assert_eq!(buffer[(column(500), load)].symbol(), "┄", "not decoded yet");
+    let head = &buffer[(column(200), marks)];
+    assert_eq!(head.symbol(), "┃");
+    assert!(head.modifier.contains(Modifier::BOLD));
+}
+
+#[test]
+fn every_key_of_a_replay_is_an_order() {
+    let mut session = session(80, 24, |_| {});
+    let frames = session.app.store().list(List::Frames).total();
+    let part = END / 50;
+    for (keys, expected) in [
+        ("space", Order::Play),
+        ("P", Order::Play),
+        (">", Order::Speed(2.0)),
+        ("<", Order::Speed(0.5)),
+        (".", Order::Rows(List::Frames, frames + 1)),
+        (",", Order::Rows(List::Frames, frames - 1)),
+        ("}", Order::Place(200 * SECOND + part)),
+        ("{", Order::Place(200 * SECOND - part)),
+        (")", Order::End),
+        ("d", Order::Find { what: Sought::Finding, is_forward: true, before: None }),
+        ("2 .", Order::Rows(List::Frames, frames + 1)),
+    ] {
+        assert_eq!(order(session.press(keys)), expected, "{keys}");
+    }
+    assert!(matches!(order(session.press("(")), Order::Rows(List::Exchanges, 1..)));
+}
+
+#[test]
+fn speeds_go_from_a_tenth_to_a_thousand() {
+    let mut session = session(80, 24, |_| {});
+    let mut speeds = Vec::new();
+    for (key, count) in [("<", 5), (">", 14)] {
+        for _ in 0..count {
+            let Order::Speed(speed) = order(session.press(key)) else { panic!("no speed") };
+            speeds.push(speed);
+            let replay = Replay { speed, ..replay(&session) };
+            session.app.update(Message::Replay(replay));
+        }
+    }
+    assert_eq!(speeds[..5], [0.5, 0.2, 0.1, 0.1, 0.1]);
+    assert_eq!(speeds.last(), Some(&1000.0));
+}
+
+#[test]
+fn live_traffic_has_no_playhead() {
+    let mut session = Session::new(80, 24, 700);
+    for keys in [".", ",", "P", ">", "{"] {
+        assert_eq!(session.press(keys), None, "{keys}");
+    }
+    session.press("space");
+    assert!(session.app.is_frozen());
+    assert_eq!(session.app.regions().timeline, None);
+}
+
+#[test]
+fn going_beyond_the_rows_moves_the_playhead() {
+    let mut session = session(80, 24, |_| {});
+    let total = session.app.store().list(List::Exchanges).total();
+    assert_eq!(order(session.press("down")), Order::Rows(List::Exchanges, total + 1));
+    assert!(matches!(order(session.press("pagedown")), Order::Rows(_, count) if count > total + 3));
+    assert_eq!(order(session.press("G")), Order::End);
+    assert_eq!(session.press("up"), None, "there are rows above");
+    assert_eq!(session.press("home up"), None, "before the first row there is nothing");
+    session.source.flood(150_000);
+    session.show();
+    session.press("v home");
+    let first = session.app.store().list(List::Frames).first_kept();
+    assert!(first > 0);
+    assert_eq!(order(session.press("up")), Order::Rows(List::Frames, first));
+    assert!(session.screen().contains("kept"), "that rows have left memory is said");
+}
+
+#[test]
+fn with_a_filter_one_goes_on_by_what_passes_in_all_of_the_recording() {
+    let mut session = session(80, 24, |_| {});
+    session.press("/");
+    session.type_text("addr == 1");
+    let filter = Filter::parse("addr == 1").expect("a filter");
+    assert_eq!(order(session.press("enter")), Order::Look(Some(filter)));
+    session.press("G");
+    let find = Order::Find { what: Sought::Match, is_forward: true, before: None };
+    assert_eq!(order(session.press("down")), find);
+    assert_eq!(order(session.press("x")), Order::Look(None));
+}
+
+#[test]
+fn errors_in_memory_are_gone_to_without_the_player() {
+    let mut session = session(80, 24, |_| {});
+    session.press("home");
+    assert_eq!(session.press("e"), None);
+    let place = session.app.traffic.place(session.app.store());
+    assert!(place.is_some_and(|place| place > 0));
+    session.press("G");
+    let next = Order::Find { what: Sought::Error, is_forward: true, before: None };
+    assert_eq!(order(session.press("e")), next);
+    session.press("home");
+    let first = session.app.store().list(List::Exchanges).first_kept();
+    let last = Order::Find { what: Sought::Error, is_forward: false, before: Some((List::Exchanges, first)) };
+    let mut orders = std::iter::repeat_with(|| session.press("E")).take(40).flatten();
+    assert_eq!(order(orders.next()), last);
+}
+
+#[test]
+fn a_time_that_is_typed_is_a_place() {
+    let mut session = session(80, 24, |_| {});
+    let mut go = |text: &str| {
+        session.press(":");
+        session.type_text(text);
+        session.press("enter")
+    };
+    assert_eq!(order(go("12.5")), Order::Place(SECOND / 2 * 25));
+    assert_eq!(order(go("1999-01-01T00:00:00Z")), Order::Place(0));
+    assert_eq!(order(go("2100-01-01T00:00:00Z")), Order::Place(END));
+}
+
+#[test]
+fn the_mouse_seeks_on_the_timeline_and_drags_the_playhead() {
+    let mut session = session(101, 30, |_| {});
+    let area = session.app.regions().timeline.expect("a timeline");
+    let mut mouse = |kind, column, row| {
+        let event = MouseEvent { kind, column, row, modifiers: KeyModifiers::NONE };
+        session.app.update(Message::Mouse(event))
+    };
+    let press = MouseEventKind::Down(MouseButton::Left);
+    let drag = MouseEventKind::Drag(MouseButton::Left);
+    assert_eq!(order(mouse(press, 50, area.y)), Order::Place(END / 2));
+    assert_eq!(order(mouse(drag, 100, 0)), Order::Place(END));
+    mouse(MouseEventKind::Up(MouseButton::Left), 100, 0);
+    assert_eq!(mouse(drag, 20, area.y), None, "what was let go is not dragged");
+}
+
+#[test]
+fn another_store_is_shown_from_its_newest_row() {
+    let mut session = session(80, 24, |_| {});
+    session.press("home");
+    session.app.update(Message::Replaced(session.source.feed.store().clone()));
+    assert!(session.app.traffic.is_following);
+}
+
+#[test]
+fn a_mark_is_on_the_timeline() {
+    let mut session = session(101, 30, |_| {});
+    session.press("home m");
+    assert_eq!(session.app.marked_places().len(), 1);
+    assert!(session.screen().contains('◆'));
+    session.press("m");
+    assert!(session.app.marked_places().is_empty());
+}
