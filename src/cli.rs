@@ -355,7 +355,7 @@ pub enum ShowKind {
     Transactions,
     /// Measured and derived values
     Readings,
-    /// What is wrong with the traffic; this version has no rules yet
+    /// What is wrong with the traffic
     Findings,
 }
 

@@ -2,3 +2,4 @@
 pub mod connection;
 pub mod filter;
 pub mod line_search;
+pub mod verify;

@@ -2,6 +2,8 @@
 
 use anstyle::{AnsiColor, Style};
 
+use crate::analyze::verify::Severity;
+
 /// Holds the styles; the default has none.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Styles {
@@ -14,6 +16,14 @@ pub(super) struct Styles {
 }
 
 impl Styles {
+    pub(super) fn severity(&self, severity: Severity) -> Style {
+        match severity {
+            Severity::Error => self.bad,
+            Severity::Warning => self.warn,
+            Severity::Note => self.accent,
+        }
+    }
+
     pub(super) fn coloured() -> Self {
         let colour = |colour: AnsiColor| colour.on_default();
         Styles {
