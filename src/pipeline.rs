@@ -17,7 +17,7 @@ use crate::decode::pdu;
 use crate::decode::shape::Shapes;
 use crate::decode::store::Store;
 use crate::decode::transaction::{Outcome, Side, Transaction};
-use crate::device::{Devices, Identified, Meaning, Reading};
+use crate::device::{Devices, Identified, Meaning, Profiles, Reading};
 use crate::line::LineSettings;
 use crate::time::{Span, Timestamp};
 
@@ -110,8 +110,8 @@ struct Verifying {
 }
 
 impl Verifying {
-    fn new(line: LineSettings) -> Self {
-        Verifying { verifier: Verifier::new(line), finding: None, codes: Vec::new() }
+    fn new(line: LineSettings, profiles: Arc<Profiles>) -> Self {
+        Verifying { verifier: Verifier::new(line, profiles), finding: None, codes: Vec::new() }
     }
 }
 
@@ -144,6 +144,8 @@ impl Pipeline {
     /// Makes a pipeline for a bus with these devices; `shapes` are the forms that profiles declare.
     pub fn new(options: Options, devices: Devices, shapes: Shapes) -> Self {
         let shapes = Arc::new(shapes);
+        let verifying = || Box::new(Verifying::new(options.line, Arc::clone(devices.profiles())));
+        let verifying = options.findings.then(verifying);
         Pipeline {
             framer: Framer::new(options.line, options.adapter_hold_ns, Arc::clone(&shapes)),
             pairing: Pairing::default(),
@@ -151,7 +153,7 @@ impl Pipeline {
             shapes,
             line: options.line,
             readings: options.readings,
-            verifying: options.findings.then(|| Box::new(Verifying::new(options.line))),
+            verifying,
             next_frame: options.first_frame_id,
             next_transaction: options.first_transaction_id,
             frame_end: None,
@@ -502,7 +504,7 @@ impl Pipeline {
             What::Run { reason, role, address, function } => {
                 let damaged = Damaged { place, reason, role, address, function };
                 if let Some(verifying) = &mut self.verifying {
-                    verifying.verifier.damaged(&damaged, self.framer.stamper());
+                    verifying.verifier.damaged(&damaged);
                 }
                 Event::Damaged(damaged)
             }

@@ -7,7 +7,8 @@ use super::failure::Failure;
 use super::output::Output;
 use super::{bus, message};
 use crate::cli::{self, ProfileAction};
-use crate::device::{Command, FieldSpec, Profile, Profiles};
+use crate::device::{Command, FieldSpec, Kind, Measuring, Profile, Profiles};
+use crate::time::SECOND;
 
 /// Runs the command.
 pub(super) fn run(args: &cli::Profiles) -> Result<(), Failure> {
@@ -46,6 +47,7 @@ fn show(profile: &Profile, out: &mut String) -> fmt::Result {
     if let Some(manual) = &profile.manual {
         writeln!(out, "after {manual}")?;
     }
+    show_measuring(&profile.measuring, out)?;
     for command in &profile.commands {
         show_command(command, out)?;
     }
@@ -58,10 +60,32 @@ fn show(profile: &Profile, out: &mut String) -> fmt::Result {
     Ok(())
 }
 
+/// Shows what the device asks of a master that measures.
+fn show_measuring(measuring: &Measuring, out: &mut String) -> fmt::Result {
+    if measuring.needs_start {
+        writeln!(out, "measures only after a start")?;
+    }
+    let lengths = [
+        ("the first value counts", measuring.warm_up_ns, "after a start"),
+        ("a read", measuring.cycle_ns, "after the one before, not sooner"),
+        ("the brush sweeps for", measuring.brush_sweep_ns, "after it was started"),
+    ];
+    for (what, ns, since) in lengths {
+        if let Some(ns) = ns {
+            writeln!(out, "{what} {} s {since}", ns as f64 / SECOND as f64)?;
+        }
+    }
+    Ok(())
+}
+
 fn show_command(command: &Command, out: &mut String) -> fmt::Result {
     let quantities: Vec<String> = command.quantities.iter().map(u16::to_string).collect();
     write!(out, "\n{:<22} FC{:02} 0x{:04x}", command.name, command.function, command.start_register)?;
-    writeln!(out, " ×{}{}", quantities.join(" or "), contested(command.is_contested))?;
+    let kind = match command.kind {
+        Kind::Other => String::new(),
+        _ => format!("  {}", command.kind_name()),
+    };
+    writeln!(out, " ×{}{kind}{}", quantities.join(" or "), contested(command.is_contested))?;
     for (side, fields) in [("request", &command.request), ("response", &command.response)] {
         for field in fields {
             show_field(side, field, out)?;

@@ -106,6 +106,11 @@ impl Stamper {
         self.hold_ns
     }
 
+    /// Tells whether the hold is known, not estimated from the reads.
+    pub fn is_hold_known(&self) -> bool {
+        self.hold_known
+    }
+
     /// Returns the time of silences before a chunk: its read's, or for untimed input that of the read before.
     pub fn silent_until(&self, time: ReadTime) -> Option<Timestamp> {
         match time {

@@ -34,7 +34,8 @@ pub use identify::{Devices, Identified, UnknownDevice};
 pub use meaning::{Likely, Meaning};
 pub use problem::ProfileError;
 pub use profile::{
-    Command, Condition, Derived, FieldSpec, Note, NoteAt, Profile, SerialNumberRule, Show, Source,
+    Command, Condition, Derived, FieldSpec, Kind, Measuring, Note, NoteAt, Profile, SerialNumberRule, Show,
+    Source,
 };
 pub use registry::Profiles;
 pub use value::Value;
