@@ -170,7 +170,8 @@ impl Stamper {
             _ => read - held.max(self.run_ns(length)),
         };
         // More bytes than the adapter can hold were read late: nothing is known but the certain bound.
-        let stalled = self.hold_known && self.run_ns(length) > held;
+        // A single byte never says so.
+        let stalled = self.hold_known && length > 1 && self.run_ns(length) > held;
         let earliest = if stalled { certain } else { certain.max(read - held) };
         let chained = self.last.map_or(earliest, |(_, before)| earliest.max(before + self.character_ns));
         // Bytes that come faster than the line's speed allows: some time is wrong by as much as they contradict.

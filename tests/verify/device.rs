@@ -102,7 +102,7 @@ fn a_calibration_is_said_with_what_was_before() {
     let read = ("01 03 11 00 00 04", "01 03 08 00 00 80 3F 00 00 00 00");
     let write = ("01 10 11 00 00 04 08 8F C2 82 3F 00 00 00 00", "01 10 11 00 00 04");
     let change = tell(tell(alive(DO), read), write).shows("D10", Master, &[4], Some(7..15));
-    assert_eq!(change.message, "set-calibration wrote k 1.0215013, b 0; k 1, b 0 was known before (frame 3)");
+    assert_eq!(change.message, "set-calibration wrote k 1.0215625, b 0; k 1, b 0 was known before (frame 3)");
     assert_eq!(tell(alive(DO), write).codes(), ["D10"]);
     assert!(tell(alive(DO), read).codes().is_empty());
 }

@@ -12,7 +12,7 @@ use rtutap::line::LineSettings;
 use rtutap::pipeline::{Event, Options, Pipeline};
 use rtutap::time::{MILLISECOND, Timestamp};
 
-/// Is what a listener hears; every frame comes in one read, at its end, from an adapter that keeps nothing back.
+/// Is what a listener hears through a UART that keeps nothing back.
 pub struct Story {
     pipeline: Pipeline,
     line: LineSettings,
@@ -75,8 +75,13 @@ impl Story {
         self
     }
 
+    /// Lets bytes come, one read each.
+    pub fn bytes(self, bytes: &[u8]) -> Self {
+        bytes.iter().fold(self, |story, byte| story.chunk(&[*byte]))
+    }
+
     /// Lets bytes come, one read.
-    pub fn bytes(mut self, bytes: &[u8]) -> Self {
+    pub fn chunk(mut self, bytes: &[u8]) -> Self {
         self.now += self.line.character_ns() * bytes.len() as i64;
         self.read(bytes, &[])
     }

@@ -8,9 +8,10 @@ use super::finding::{Finding, Party};
 use super::line::{end, sender};
 use super::verifier::Found;
 use super::{modbus, request};
-use crate::decode::candidate::has_known_length;
+use crate::decode::candidate::{candidates, has_known_length};
 use crate::decode::crc::{self, Register};
 use crate::decode::frame::{Boundary, Damaged, Frame, Reason, Role};
+use crate::decode::shape::Shapes;
 
 /// Bytes up to which a lost byte is looked for: in longer runs chance would find one.
 const MOST_SEARCHED: usize = 40;
@@ -22,6 +23,8 @@ pub(super) struct FrameRules {
     misfits: HashMap<(u8, u8), u64>,
     /// The last frame, when it is a request that waits for its answer.
     outstanding: Option<(u64, usize)>,
+    /// Id and end, in the stream, of a damaged run where an answer was due.
+    damaged_answer: Option<(u64, u64)>,
 }
 
 impl FrameRules {
@@ -49,10 +52,21 @@ impl FrameRules {
 
     pub(super) fn damaged(&mut self, damaged: &Damaged<'_>, bus: &Bus, found: &mut Found) {
         let outstanding = self.outstanding.take();
+        let damaged_answer = self.damaged_answer.take();
         let place = &damaged.place;
         let bytes = place.bytes;
         if damaged.reason == Reason::Stray {
             self.outstanding = outstanding; // the answer may still come
+            return;
+        }
+        let end_offset = place.stream_offset + bytes.len() as u64;
+        let is_answer = outstanding.is_some_and(|(offset, _)| offset == place.stream_offset);
+        self.damaged_answer = is_answer.then_some((place.id, end_offset));
+        let before = damaged_answer.filter(|(_, end)| *end == place.stream_offset);
+        if let Some((answer, _)) = before.filter(|_| damaged.reason == Reason::Noise) {
+            let message = format!("{} more damaged bytes right behind a damaged answer", bytes.len());
+            let finding = Finding::new(&T08, end(place), message).shown_by([answer, place.id]);
+            found.push_back(Finding { address: damaged.address, ..finding });
             return;
         }
         if crc::is_good(bytes) && modbus::damaged(damaged, found) {
@@ -67,6 +81,7 @@ impl FrameRules {
                     .by(blamed(damaged.role))
             }
             Reason::Crc => self.bad_crc(damaged, bus),
+            Reason::Noise if has_shape(bytes, &bus.shapes) => self.bad_crc(damaged, bus),
             Reason::Truncated => truncated(damaged),
             Reason::Stray | Reason::Noise => Finding::new(&L05, end(place), noise(bytes)).about(1_u8),
         };
@@ -126,6 +141,11 @@ impl FrameRules {
         };
         Finding::new(&F01, time, format!("the CRC is wrong; {nearest}"))
     }
+}
+
+/// Tells whether bytes have the length that their header asks for.
+fn has_shape(bytes: &[u8], shapes: &Shapes) -> bool {
+    candidates(bytes, shapes).as_slice().iter().any(|form| usize::from(form.length) == bytes.len())
 }
 
 /// Returns who built a frame with a CRC that is wrong on purpose, so to say.
