@@ -2,4 +2,5 @@
 pub mod connection;
 pub mod filter;
 pub mod line_search;
+pub mod plan;
 pub mod verify;

@@ -56,6 +56,7 @@ pub(super) fn run(args: &cli::Listen, verbose: bool) -> Result<(), Failure> {
         rows: Some((printing, output)),
         recording,
         info: None,
+        audit: None,
         status: Status::new(false, true),
         stop,
         duration_ns: None,

@@ -26,5 +26,6 @@ mod value;
 mod verifier;
 
 pub use catalogue::{CATALOGUE, all_rules, rule};
+pub(super) use catalogue::{P01, P02, P03, P04, P05, P06, P07, P08};
 pub use finding::{Finding, Party, Rule, Severity};
 pub use verifier::Verifier;

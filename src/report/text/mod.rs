@@ -21,7 +21,7 @@ use crate::decode::transaction::{Outcome, Side, Transaction};
 use crate::device::{Field, Identified, Meaning, Profiles};
 use crate::pipeline::{Event, Lost};
 use crate::time::{MILLISECOND, Span, Timestamp};
-use style::Styles;
+pub(super) use style::Styles;
 
 /// Is the likeliest reading of a device's words, shown although the device is not known.
 #[derive(Clone, Debug, PartialEq, Eq)]
