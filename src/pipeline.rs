@@ -10,7 +10,7 @@ use crate::decode::chunk::{Chunk, LineError, ReadTime};
 pub use crate::decode::chunk::{Lost, LostKind};
 use crate::decode::damage::{self, Surroundings};
 use crate::decode::frame::{Boundary, Damaged, Frame, Place, Role, WireTime};
-use crate::decode::framer::{Framer, Outstanding, Piece, Readings};
+use crate::decode::framer::{Framer, HOLD_NS, Outstanding, Piece, Readings};
 use crate::decode::function::FunctionCode;
 use crate::decode::pairing::{Assembled, Choice, Item, Pairing, Part, Settled, What};
 use crate::decode::pdu;
@@ -87,8 +87,20 @@ struct Current {
     stage: Stage,
 }
 
+/// A request beyond doubt that pairing has not been told of, for its answer most likely follows.
+#[derive(Clone, Copy, Debug)]
+struct Asked {
+    part: Part,
+    readings: Readings,
+    confidence: f32,
+    /// Time of the read that decided it.
+    at: Timestamp,
+}
+
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Stage {
+    /// The frame of a request whose answer is still to come, with its confidence.
+    Asked(f32),
     /// The frames of an exchange are still to come, with these confidences.
     Request([f32; 2]),
     Response(f32),
@@ -132,11 +144,14 @@ pub struct Pipeline {
     /// Offset after the last frame handed over by the framer.
     frame_end: Option<u64>,
     current: Option<Current>,
+    asked: Option<Asked>,
     lost: Option<Lost>,
     /// How many bytes were taken in.
     received: u64,
     /// Time of the last chunk or time-out.
     now: Timestamp,
+    /// No deadline is before.
+    quiet_until: Timestamp,
     line_errors: Vec<LineError>,
 }
 
@@ -158,9 +173,11 @@ impl Pipeline {
             next_transaction: options.first_transaction_id,
             frame_end: None,
             current: None,
+            asked: None,
             lost: None,
             received: 0,
             now: Timestamp::MIN,
+            quiet_until: Timestamp::MIN,
             line_errors: Vec::new(),
         }
     }
@@ -173,18 +190,18 @@ impl Pipeline {
 
     /// Takes in the bytes of one read, with its times and line errors; fires the deadlines before it first.
     pub fn handle_bytes(&mut self, chunk: &Chunk<'_>) {
-        if let Some(silent_until) = self.framer.stamper().silent_until(chunk.time) {
-            self.handle_timeout(silent_until);
-        } else {
-            self.pump();
+        let is_timed = matches!(chunk.time, ReadTime::At(_));
+        match self.framer.stamper().silent_until(chunk.time) {
+            Some(until) if until >= self.quiet_until || !is_timed => self.handle_timeout(until),
+            _ => self.pump(),
         }
         if self.framer.store().length() >= FORGET_FROM {
             self.forget();
         }
-        self.framer.push(chunk);
+        let read = self.framer.push(chunk);
         self.received = self.received.saturating_add(chunk.bytes.len() as u64);
-        if matches!(chunk.time, ReadTime::At(_)) {
-            self.now = self.now.max(self.framer.stamper().read_time(chunk.time, 0));
+        if is_timed {
+            self.now = self.now.max(read);
         }
     }
 
@@ -192,19 +209,34 @@ impl Pipeline {
     pub fn handle_timeout(&mut self, now: Timestamp) {
         self.pump();
         // One deadline after the other: what the first decides may move the next.
-        while let Some(due) = self.poll_timeout().filter(|due| *due <= now) {
-            self.now = self.now.max(due);
-            self.framer.expire(due);
-            self.pump();
-            self.pairing.expire(due);
+        loop {
+            match self.poll_timeout() {
+                Some(due) if due <= now => self.expire(due),
+                due => {
+                    // What is received from now on is held that long at least.
+                    self.quiet_until = due.unwrap_or(Timestamp::MAX).min(now + HOLD_NS);
+                    return;
+                }
+            }
         }
+    }
+
+    fn expire(&mut self, due: Timestamp) {
+        self.now = self.now.max(due);
+        self.framer.expire(due);
+        self.pump();
+        if self.asked.is_some_and(|asked| Pairing::gives_up(asked.at) <= due) {
+            self.adopt();
+        }
+        self.pairing.expire(due);
     }
 
     /// Returns when silence would decide something; it may come early, never late.
     ///
     /// Ask when all events were taken.
     pub fn poll_timeout(&self) -> Option<Timestamp> {
-        [self.framer.deadline(), self.pairing.deadline()].into_iter().flatten().min()
+        let asked = self.asked.map(|asked| Pairing::gives_up(asked.at));
+        [self.framer.deadline(), self.pairing.deadline(), asked].into_iter().flatten().min()
     }
 
     /// Decides everything: the input has ended.
@@ -212,6 +244,7 @@ impl Pipeline {
         self.pump();
         self.framer.finish();
         self.pump();
+        self.adopt();
         self.pairing.finish();
     }
 
@@ -237,12 +270,17 @@ impl Pipeline {
 
     /// Returns an id: every frame or run with a smaller one belongs to a transaction that came out, or to none.
     pub fn settled_frame_id(&self) -> u64 {
-        self.pairing.oldest().map_or(self.next_frame, |(id, _)| id)
+        self.oldest().map_or(self.next_frame, |(id, _)| id)
+    }
+
+    /// Returns the id and offset of the oldest frame or run that a later row may still need.
+    fn oldest(&self) -> Option<(u64, u64)> {
+        self.asked.map(|asked| (asked.part.id, asked.part.offset)).or_else(|| self.pairing.oldest())
     }
 
     /// Lets go of the bytes that no later event needs.
     fn forget(&mut self) {
-        let oldest = self.pairing.oldest().map_or(u64::MAX, |(_, offset)| offset);
+        let oldest = self.oldest().map_or(u64::MAX, |(_, offset)| offset);
         let waiting = self.pairing.waiting().unwrap_or(u64::MAX);
         let current =
             self.current.and_then(|current| current.assembled.request.or(current.assembled.response));
@@ -257,12 +295,19 @@ impl Pipeline {
 
     /// Takes a piece from the framer; with `pairs` also a whole exchange, while nothing is current.
     fn pump_one(&mut self, pairs: bool) -> bool {
-        match self.framer.next_piece(pairs && self.pairing.is_idle()) {
+        let pairs = pairs && self.pairing.is_idle();
+        match self.framer.next_piece(pairs && self.asked.is_none()) {
             None => return false,
             Some(Piece::Exchange { offset, lengths, confidence }) => {
                 self.exchange(offset, lengths, confidence);
             }
-            Some(Piece::Frame { offset, length, readings, boundary, confidence }) => {
+            Some(Piece::Frame { offset, length, readings, confidence, certain: Some(role), .. })
+                if pairs && (role == Role::Request) == self.asked.is_none() =>
+            {
+                self.half(offset, length, readings, confidence);
+            }
+            Some(Piece::Frame { offset, length, readings, boundary, confidence, .. }) => {
+                self.adopt();
                 let bytes = self.framer.store().slice(offset, offset + 2);
                 let function = FunctionCode(bytes[1]); // a frame has at least four bytes
                 let what = What::Frame { function, boundary, confidence };
@@ -270,7 +315,10 @@ impl Pipeline {
                 self.frame_end = Some(item.end());
                 self.pair(item, &readings);
             }
-            Some(Piece::Junk { offset, end, outstanding }) => self.junk(offset, end, outstanding),
+            Some(Piece::Junk { offset, end, outstanding }) => {
+                self.adopt();
+                self.junk(offset, end, outstanding);
+            }
         }
         true
     }
@@ -297,23 +345,64 @@ impl Pipeline {
         }
     }
 
+    /// Gives a frame of an exchange its id and times.
+    fn part(&mut self, offset: u64, length: u16) -> Part {
+        let (id, length) = (self.next_frame, u32::from(length));
+        self.next_frame += 1;
+        let end = offset + u64::from(length);
+        self.frame_end = Some(end);
+        Part { id, offset, length, damaged: false, time: self.wire_time(offset, end - 1) }
+    }
+
     /// Makes a request and the answer right behind it the current transaction.
     fn exchange(&mut self, offset: u64, [request, response]: [u16; 2], confidence: [f32; 2]) {
-        let part = |id: u64, offset: u64, length: u16| {
-            let length = u32::from(length);
-            let time = self.wire_time(offset, offset + u64::from(length) - 1);
-            Part { id, offset, length, damaged: false, time }
-        };
-        let request = part(self.next_frame, offset, request);
-        let response = part(self.next_frame + 1, request.end(), response);
+        let request = self.part(offset, request);
+        let response = self.part(request.end(), response);
+        self.exchanged(request, response, Stage::Request(confidence));
+    }
+
+    /// Takes a request that no other is open beside, or the answer to it.
+    fn half(&mut self, offset: u64, length: u16, readings: Readings, confidence: f32) {
+        let part = self.part(offset, length);
+        let at = self.decided_at(part.time, part.end() - 1);
+        match self.asked {
+            Some(asked) if Pairing::gives_up(asked.at) > at => {
+                self.asked = None;
+                self.exchanged(asked.part, part, Stage::Response(confidence));
+            }
+            Some(_) => {
+                // So late that only pairing can tell.
+                self.adopt();
+                let item = Asked { part, readings, confidence, at }.item(self.framer.store());
+                self.pair(item, &readings);
+            }
+            None => {
+                self.asked = Some(Asked { part, readings, confidence, at });
+                let assembled =
+                    Assembled { request: Some(part), response: None, outcome: Outcome::NoResponse };
+                let stage = Stage::Asked(confidence);
+                self.current = Some(Current { assembled, id: self.next_transaction, stage });
+            }
+        }
+    }
+
+    /// Makes a request and its answer the current transaction, at this stage.
+    fn exchanged(&mut self, request: Part, response: Part, stage: Stage) {
         let answer = self.framer.store().slice(response.offset, response.end());
         let (address, function) = (answer[0], FunctionCode(answer[1])); // a frame has at least four bytes
         let outcome = if function.is_exception() { Outcome::Exception } else { Outcome::Answered };
         self.pairing.exchanged(request.id, address);
-        self.next_frame += 2;
-        self.frame_end = Some(response.end());
         let assembled = Assembled { request: Some(request), response: Some(response), outcome };
-        self.set_current(assembled, Stage::Request(confidence));
+        self.set_current(assembled, stage);
+    }
+
+    /// Tells pairing of the request that it was not told of; the frame itself came out before.
+    fn adopt(&mut self) {
+        let Some(asked) = self.asked.take() else { return };
+        let item = asked.item(self.framer.store());
+        self.pairing.push(item, &asked.readings, self.framer.store(), self.framer.experience());
+        let told = self.pairing.take();
+        debug_assert!(matches!(told, Some(Settled::Item(_, Choice::Request))), "{told:?}");
     }
 
     fn set_current(&mut self, assembled: Assembled, stage: Stage) {
@@ -332,13 +421,16 @@ impl Pipeline {
     fn item(&mut self, offset: u64, length: u32, what: What) -> Item {
         let id = self.next_frame;
         self.next_frame += 1;
-        let stamper = self.framer.stamper();
         let last = offset + u64::from(length) - 1;
         let time = self.wire_time(offset, last);
         let gap_before = self.gap_before(offset, time);
-        let arrival = || stamper.arrival(last).unwrap_or(self.now);
-        let at = if time.is_some() { self.now } else { arrival() };
+        let at = self.decided_at(time, last);
         Item { id, offset, length, time, gap_before, at, what }
+    }
+
+    /// Returns the time of the read that decided what ends with the byte at `last`.
+    fn decided_at(&self, time: Option<WireTime>, last: u64) -> Timestamp {
+        if time.is_some() { self.now } else { self.framer.stamper().arrival(last).unwrap_or(self.now) }
     }
 
     /// Bounds when the bytes from `first` to `last` were on the wire.
@@ -378,7 +470,7 @@ impl Pipeline {
             }
         }
         match self.current.as_ref()?.stage {
-            Stage::Request(_) | Stage::Response(_) => self.exchange_event(),
+            Stage::Asked(_) | Stage::Request(_) | Stage::Response(_) => self.exchange_event(),
             Stage::Observe | Stage::Say => self.transaction_event(),
             Stage::Reading { next, count } => self.reading_event(next, count),
         }
@@ -404,6 +496,11 @@ impl Pipeline {
     fn exchange_event(&mut self) -> Option<Event<'_>> {
         let current = self.current.as_mut()?;
         let (part, role, confidence) = match current.stage {
+            Stage::Asked(confidence) => {
+                let part = current.assembled.request?;
+                self.current = None;
+                (part, Role::Request, confidence)
+            }
             Stage::Request([confidence, next]) => {
                 current.stage = Stage::Response(next);
                 (current.assembled.request?, Role::Request, confidence)
@@ -512,6 +609,17 @@ impl Pipeline {
     }
 }
 
+impl Asked {
+    /// Makes what pairing takes; the silence before it is of no concern to it.
+    fn item(&self, store: &Store) -> Item {
+        let Asked { part: Part { id, offset, length, time, .. }, confidence, at, .. } = *self;
+        let bytes = store.slice(offset, offset + 2);
+        let function = FunctionCode(bytes[1]); // a frame has at least four bytes
+        let what = What::Frame { function, boundary: Boundary::Length, confidence };
+        Item { id, offset, length, time, gap_before: None, at, what }
+    }
+}
+
 /// Estimates when the last frame of a transaction ended.
 fn end(transaction: &Transaction<'_>) -> Option<Timestamp> {
     let last = transaction.response.or(transaction.request)?;
@@ -529,15 +637,11 @@ fn transaction<'a>(store: &'a Store, current: &Current) -> Transaction<'a> {
     };
     let (request, response) = (request.as_ref().map(side), response.as_ref().map(side));
     // A good frame leads: the request's, or else the response's.
-    let good = |side: &Option<Side<'a>>| match side {
-        Some(Side { bytes, damaged: false, .. }) => Some(*bytes),
-        _ => None,
-    };
-    let answer = good(&response);
-    let (lead, role) = match (good(&request), answer) {
-        (Some(request), _) => (request, Role::Request),
-        (None, Some(response)) => (response, Role::Response),
-        (None, None) => (&[][..], Role::Unknown), // does not occur: a transaction has a good frame
+    let answer = response.as_ref().filter(|side| !side.damaged).map(|side| side.bytes);
+    let (lead, role) = match (&request, answer) {
+        (Some(Side { bytes, damaged: false, .. }), _) => (*bytes, Role::Request),
+        (_, Some(response)) => (response, Role::Response),
+        (_, None) => (&[][..], Role::Unknown), // does not occur: a transaction has a good frame
     };
     let time = |side: &Option<Side<'_>>| side.as_ref()?.time;
     let latency = time(&request).zip(time(&response));

@@ -95,7 +95,7 @@ pub enum Item<'a> {
 /// Is what reads an input.
 enum Reader {
     /// A format that holds the bytes of one bus, and nothing else.
-    Plain(Box<dyn ReadChunks>),
+    Plain(Box<dyn ReadChunks + Send>),
     Mcap(Box<Recording>),
 }
 

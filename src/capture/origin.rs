@@ -12,7 +12,7 @@ pub(super) const PREFIX: u64 = 4096;
 pub(super) enum Origin {
     /// A file that can be sought in.
     File(File),
-    Stream(Box<dyn Read>),
+    Stream(Box<dyn Read + Send>),
 }
 
 impl Origin {
@@ -33,7 +33,7 @@ impl Origin {
         }
     }
 
-    pub(super) fn stream(self) -> Box<dyn Read> {
+    pub(super) fn stream(self) -> Box<dyn Read + Send> {
         match self {
             Origin::File(file) => Box::new(file),
             Origin::Stream(stream) => stream,

@@ -8,9 +8,9 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::failure::Failure;
-use super::message;
 use super::progress::Progress;
 use super::session::{Origin, Session, Setup, Sink};
+use super::{ahead, message};
 use crate::capture::mcap::{Anchor, BusSettings, Facts, Preface, part_path};
 use crate::capture::{BUS, Input, InputFormat, Item};
 use crate::cli;
@@ -25,6 +25,9 @@ const ATTACHED_PROFILES: &str = "profiles/";
 
 /// After how many items that are there already rows are written.
 const PAUSE_AFTER: u32 = 64;
+
+/// After how many items the bar moves on.
+const PROGRESS_AFTER: u32 = 64 * PAUSE_AFTER;
 
 /// More bytes than this without a single frame are worth a warning.
 const MANY_BYTES: usize = 1000;
@@ -277,33 +280,87 @@ pub(super) fn say_environment(args: &cli::Equipment) {
     }
 }
 
-/// Begins a bus of an input that does not say its settings in time; returns those it is decoded with.
-///
-/// They are the input's own, or what sensors leave the factory with.
-fn begin(
-    input: &Input,
-    bus: &str,
-    session: &mut Session<'_>,
-    sink: &mut impl Sink,
-) -> Result<LineSettings, Failure> {
-    if let Some(error) = input.misread() {
-        message::warning(format_args!(
-            "'{}' is text, but no hex text ({error}): read as raw bytes",
-            input.name()
-        ));
-        message::hint("--input-format hex to read it as hex text all the same");
+/// Says how an input is to be taken where it does not say it in time.
+struct About {
+    name: String,
+    line: Option<LineSettings>,
+    adapter_hold_ns: Option<i64>,
+    is_raw: bool,
+    /// Why it was taken for raw bytes though it is text.
+    misread: Option<String>,
+}
+
+impl About {
+    fn of(input: &Input) -> About {
+        About {
+            name: input.name().to_owned(),
+            line: input.line(),
+            adapter_hold_ns: input.adapter_hold_ns(),
+            is_raw: input.format() == InputFormat::Raw,
+            misread: input.misread().map(ToString::to_string),
+        }
     }
-    let said = session.line().or(input.line());
-    let line = said.unwrap_or_else(|| {
-        let line = LineSettings::default();
-        message::note(format_args!("'{}' does not name its line settings: {line} assumed", input.name()));
-        line
-    });
-    let adapter_hold_ns = input.adapter_hold_ns();
-    let settings = BusSettings { name: bus.to_owned(), line, adapter_hold_ns, ..BusSettings::default() };
-    let is_raw = input.format() == InputFormat::Raw;
-    session.begin(Origin { settings, line_is_assumed: said.is_none(), is_raw }, sink)?;
-    Ok(line)
+
+    /// Begins a bus of which nothing was said so far; returns the line settings it is decoded with.
+    ///
+    /// They are the input's own, or what sensors leave the factory with.
+    fn begin(
+        &self,
+        bus: &str,
+        session: &mut Session<'_>,
+        sink: &mut impl Sink,
+    ) -> Result<LineSettings, Failure> {
+        let name = &self.name;
+        if let Some(error) = &self.misread {
+            message::warning(format_args!("'{name}' is text, but no hex text ({error}): read as raw bytes"));
+            message::hint("--input-format hex to read it as hex text all the same");
+        }
+        let said = session.line().or(self.line);
+        let line = said.unwrap_or_else(|| {
+            let line = LineSettings::default();
+            message::note(format_args!("'{name}' does not name its line settings: {line} assumed"));
+            line
+        });
+        let adapter_hold_ns = self.adapter_hold_ns;
+        let settings = BusSettings { name: bus.to_owned(), line, adapter_hold_ns, ..BusSettings::default() };
+        session.begin(Origin { settings, line_is_assumed: said.is_none(), is_raw: self.is_raw }, sink)?;
+        Ok(line)
+    }
+}
+
+/// Takes the items of an input into a session.
+struct Intake<'a, 's, S> {
+    about: About,
+    session: &'a mut Session<'s>,
+    sink: &'a mut S,
+    progress: Progress,
+    bytes: usize,
+    items: u32,
+}
+
+impl<S: Sink> Intake<'_, '_, S> {
+    /// Takes an item, `position` bytes into the file; `waits` when the next one is not there yet.
+    fn take(&mut self, item: &Item<'_>, position: u64, waits: bool) -> Result<(), Failure> {
+        if let Item::Chunk { chunk, .. } = item {
+            self.bytes += chunk.bytes.len();
+        }
+        if !self.session.take(item, self.sink)?
+            && let Item::Chunk { bus, .. } | Item::Lost { bus, .. } | Item::Silence { bus, .. } = item
+        {
+            self.about.begin(bus, self.session, self.sink)?;
+            self.session.take(item, self.sink)?;
+        }
+        self.items = self.items.wrapping_add(1);
+        let pauses = self.items.is_multiple_of(PAUSE_AFTER);
+        if waits || pauses && self.items.is_multiple_of(PROGRESS_AFTER) {
+            self.progress.update(position);
+        }
+        if waits || pauses { self.pause(waits) } else { Ok(()) }
+    }
+
+    fn pause(&mut self, waits: bool) -> Result<(), Failure> {
+        self.sink.pause(self.session.settled_frame_id(), waits)
+    }
 }
 
 fn read_input(
@@ -312,46 +369,47 @@ fn read_input(
     wanted: Wanted,
     sink: &mut impl Sink,
 ) -> Result<(), Failure> {
-    let mut progress = Progress::new(wanted.prints);
-    let (mut bytes, mut items, frames) = (0, 0_u32, session.frames());
+    let about = About::of(input);
+    let progress = Progress::new(input.name(), input.size(), wanted.prints);
+    let frames = session.frames();
     if input.facts().is_none() {
-        let line = begin(input, BUS, session, sink)?;
+        let line = about.begin(BUS, session, sink)?;
         input.use_line(line);
     }
+    let mut intake = Intake { about, session, sink, progress, bytes: 0, items: 0 };
+    if input.format() == InputFormat::Mcap && input.size().is_some() && !wanted.follow {
+        ahead::read(input, |item, position| intake.take(item, position, false))?;
+    } else {
+        read_in_turn(input, &mut intake)?;
+    }
+    let Intake { progress, bytes, .. } = intake;
+    progress.finish();
+    let frames = session.frames() - frames;
+    tracing::info!("read '{}': {bytes} bytes, {frames} frames", input.name());
+    say_doubts(input, if wanted.decodes() && frames == 0 { bytes } else { 0 });
+    Ok(())
+}
+
+/// Reads an input item by item, and waits for one that grows.
+fn read_in_turn(input: &mut Input, intake: &mut Intake<'_, '_, impl Sink>) -> Result<(), Failure> {
     loop {
-        if !input.advance()? {
-            if input.is_finished() {
-                break;
-            }
-            sink.pause(session.settled_frame_id(), true)?;
+        if input.advance()? {
+            intake.take(&input.item(), input.position(), input.is_drained())?;
+        } else if input.is_finished() {
+            return Ok(());
+        } else {
+            intake.pause(true)?;
             wait();
-            continue;
-        }
-        let item = input.item();
-        if let Item::Chunk { chunk, .. } = item {
-            bytes += chunk.bytes.len();
-        }
-        if !session.take(&item, sink)?
-            && let Item::Chunk { bus, .. } | Item::Lost { bus, .. } | Item::Silence { bus, .. } = item
-        {
-            begin(input, bus, session, sink)?;
-            session.take(&item, sink)?;
-        }
-        let waits = input.is_drained();
-        if waits {
-            progress.update(input);
-        }
-        items = items.wrapping_add(1);
-        if waits || items.is_multiple_of(PAUSE_AFTER) {
-            sink.pause(session.settled_frame_id(), waits)?;
         }
     }
-    progress.finish();
-    tracing::info!("read '{}': {bytes} bytes, {} frames", input.name(), session.frames() - frames);
-    if wanted.decodes() && session.frames() == frames && bytes > MANY_BYTES {
-        let name = input.name();
+}
+
+/// Says what is strange about an input in which so many bytes gave no frame at all.
+fn say_doubts(input: &Input, without_frame: usize) {
+    let name = input.name();
+    if without_frame > MANY_BYTES {
         message::warning(format_args!(
-            "no frame in {bytes} bytes of '{name}'; is it Modbus RTU, at this speed?"
+            "no frame in {without_frame} bytes of '{name}'; is it Modbus RTU, at this speed?"
         ));
         message::hint("check speed and character format (--line)");
     }
@@ -361,13 +419,10 @@ fn read_input(
             count => format!(" and {} more", count - 1),
         };
         message::warning(format_args!(
-            "'{}': the time goes back in {} {}{more}; the time before is taken instead",
-            input.name(),
-            back.unit,
-            back.first
+            "'{name}': the time goes back in {} {}{more}; the time before is taken instead",
+            back.unit, back.first
         ));
     }
-    Ok(())
 }
 
 /// Says what is missing in a recording, and that it can be mended.

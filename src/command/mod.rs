@@ -1,5 +1,6 @@
 //! One file a command: the only place that owns output, clocks and what becomes of errors.
 
+mod ahead;
 mod bus;
 mod completions;
 mod decode;

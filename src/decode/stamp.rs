@@ -129,25 +129,24 @@ impl Stamper {
         }
     }
 
-    /// Takes in the read of `length` bytes; 0 changes nothing.
-    pub fn push(&mut self, time: ReadTime, length: usize) {
-        if length == 0 {
-            return;
-        }
+    /// Takes in the read of `length` bytes, 0 of which change nothing; returns its time as [`Stamper::read_time`] does.
+    pub fn push(&mut self, time: ReadTime, length: usize) -> Timestamp {
         let read = self.read_time(time, length);
+        let Some(left) = (length as u64).checked_sub(1) else { return read };
         let timed = matches!(time, ReadTime::At(_));
         self.timed |= timed;
         let length = length as u64;
         if timed && !self.hold_known && length > 1 {
             self.hold_ns = self.hold_ns.max(self.hold_seen_ns(length));
         }
-        let entry = self.bound(read, timed, matches!(time, ReadTime::UnknownAfterSilence), length);
-        self.tighten(self.first_latest(&entry) - self.character_ns);
-        let run = self.run_ns(length - 1);
+        let run = self.run_ns(left);
+        let entry = self.bound(read, timed, matches!(time, ReadTime::UnknownAfterSilence), length, run);
+        self.tighten(entry.latest - run - self.character_ns);
         self.last = timed.then_some((entry.certain + run, entry.earliest + run));
         self.last_read = Some(read);
         self.end += length;
         self.reads.push_back(entry);
+        read
     }
 
     /// Estimates from a read of several bytes how long the adapter keeps a byte back, in nanoseconds: it collects
@@ -161,9 +160,9 @@ impl Stamper {
         if self.hold_ns > 0 { self.hold_ns + USB_NS + WAKE_NS } else { WAKE_NS }
     }
 
-    /// Bounds a read's bytes by itself and the read before.
-    fn bound(&self, read: Timestamp, timed: bool, after_silence: bool, length: u64) -> Read {
-        let first_latest = read - self.run_ns(length - 1);
+    /// Bounds a read's bytes by itself and the read before; `run` is from its first byte's end to its last byte's.
+    fn bound(&self, read: Timestamp, timed: bool, after_silence: bool, length: u64, run: i64) -> Read {
+        let first_latest = read - run;
         let held = self.held_ns();
         let certain = match (self.last, self.last_read) {
             (Some((certain, _)), Some(last_read)) => (certain + self.character_ns).max(last_read - held),
@@ -177,7 +176,7 @@ impl Stamper {
         // Bytes that come faster than the line's speed allows: some time is wrong by as much as they contradict.
         let wrong = (chained - first_latest).max(0);
         let earliest = chained - wrong;
-        let latest = if wrong > 0 { chained + wrong + self.run_ns(length - 1) } else { read };
+        let latest = if wrong > 0 { chained + wrong + run } else { read };
         Read {
             offset: self.end,
             length,
@@ -204,11 +203,8 @@ impl Stamper {
     }
 
     fn run_ns(&self, characters: u64) -> i64 {
-        self.character_ns.saturating_mul(i64::try_from(characters).unwrap_or(i64::MAX))
-    }
-
-    fn first_latest(&self, read: &Read) -> Timestamp {
-        read.latest - self.run_ns(read.length - 1)
+        // No stream has 2^63 bytes.
+        self.character_ns.saturating_mul(characters as i64)
     }
 
     /// Forgets the bytes before `offset`.
@@ -218,8 +214,16 @@ impl Stamper {
         }
     }
 
+    #[inline]
     fn find(&self, offset: u64) -> Option<&Read> {
-        // Nearly all questions are about the latest reads.
+        // Nearly all questions are about the latest read, and the others about those right before it.
+        match self.reads.back() {
+            Some(last) if offset >= last.offset => (offset < last.offset + last.length).then_some(last),
+            _ => self.find_earlier(offset),
+        }
+    }
+
+    fn find_earlier(&self, offset: u64) -> Option<&Read> {
         let mut latest = self.reads.iter().rev().take(LATEST);
         if let Some(read) = latest.find(|read| offset >= read.offset) {
             return (offset < read.offset + read.length).then_some(read);

@@ -85,7 +85,7 @@ pub struct Recording {
 /// Is where the bytes of a file come from.
 pub(super) enum Source {
     File(File),
-    Stream(Box<dyn Read>),
+    Stream(Box<dyn Read + Send>),
 }
 
 impl Read for Source {
@@ -125,7 +125,7 @@ impl Recording {
     }
 
     /// Reads a stream from beginning to end.
-    pub fn from_stream(stream: Box<dyn Read>) -> Self {
+    pub fn from_stream(stream: Box<dyn Read + Send>) -> Self {
         Recording::new(Source::Stream(stream))
     }
 

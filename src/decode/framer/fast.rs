@@ -15,6 +15,9 @@ use crate::decode::framer::reading::Readings;
 use crate::decode::framer::score;
 use crate::decode::framer::weigh::{Context, readings, zero_extension};
 
+/// Bytes of the requests of most functions.
+const SHORT: usize = 8;
+
 /// Says what the bytes after the root are.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Glance {
@@ -22,8 +25,8 @@ pub enum Glance {
     Answer(FrameEdge),
     /// A frame, beyond doubt.
     Frame(FrameEdge, Readings),
-    /// The beginning of a frame, and nothing else that could be decided yet.
-    Wait,
+    /// The beginning of a frame, and nothing else that could be decided before the bytes reach this stream offset.
+    Wait(u64),
     /// A case for the lattice.
     Unsure,
 }
@@ -32,12 +35,20 @@ pub enum Glance {
 pub fn glance(offset: u64, outstanding: Option<&Outstanding>, context: &Context<'_>) -> Glance {
     let bytes = context.store.slice(offset, context.store.end());
     if bytes.len() < MIN_FRAME {
-        return Glance::Wait;
+        return Glance::Wait(offset + MIN_FRAME as u64);
     }
     if let Some(outstanding) = outstanding
-        && let Some(answer) = plain_answer(offset, outstanding, bytes, context)
+        && let Some(length) = outstanding.plain_response_length(bytes)
     {
-        return Glance::Answer(answer);
+        match bytes.get(..length) {
+            // Only what is expected is waited for blindly: in all else another frame may show itself sooner.
+            None => return Glance::Wait(offset + length as u64),
+            Some(frame) => {
+                if let Some(answer) = plain_answer(offset, outstanding, frame, context) {
+                    return Glance::Answer(answer);
+                }
+            }
+        }
     }
     look(offset, outstanding, bytes, context)
 }
@@ -52,8 +63,13 @@ fn look(offset: u64, outstanding: Option<&Outstanding>, bytes: &[u8], context: &
         return Glance::Unsure;
     }
     let Some(length) = shortest_good(list, bytes) else {
-        let waits = found.undecided || list.iter().any(|c| usize::from(c.length) > bytes.len());
-        return if waits && !hides_frame(within, context) { Glance::Wait } else { Glance::Unsure };
+        let next = next_length(list, bytes.len());
+        if next.is_none() && !found.undecided || hides_frame(within, context) {
+            return Glance::Unsure;
+        }
+        // Little more is waited for blindly: another frame may show itself sooner.
+        let expected = next.filter(|next| !found.undecided && *next <= SHORT);
+        return Glance::Wait(offset + expected.unwrap_or(bytes.len() + 1) as u64);
     };
     let frame = &bytes[..length];
     if hides_frame(frame, context) {
@@ -73,29 +89,28 @@ fn look(offset: u64, outstanding: Option<&Outstanding>, bytes: &[u8], context: &
     }
 }
 
-/// Recognises the registers that were asked for, by far the commonest answer; all else is left to the rest.
+/// Recognises a frame of the length asked for as the answer, by far the commonest; all else is left to the rest.
 fn plain_answer(
     offset: u64,
     outstanding: &Outstanding,
-    bytes: &[u8],
+    frame: &[u8],
     context: &Context<'_>,
 ) -> Option<FrameEdge> {
-    let length = outstanding.plain_response_length(bytes)?;
-    let frame = bytes.get(..length)?;
     // As a request it would have to name a quantity that it does not (V1.1b3, 6.1 to 6.4).
     let most = if frame[1] <= 2 { 2000 } else { 125 };
     let no_request = u16::from_be_bytes([frame[4], frame[5]]) > most;
     if !no_request || !crc::is_good(frame) || hides_frame(frame, context) {
         return None;
     }
-    let candidate = plain(length as u16);
+    let length = frame.len() as u16;
+    let candidate = plain(length);
     let begin = context.begin(offset);
     let since = begin.zip(outstanding.end).map(|(begin, end)| begin - end);
     let reading = score::answer(Fit::Full, outstanding, false, frame, since, context.experience);
     let score = score::frame(candidate, frame, context.experience) + reading;
     let kind = Kind::Response(Fit::Full); // by its function and length
     let rival = score::JUNK_OPEN + score::JUNK_BYTE + score::BEST_TAIL;
-    let edge = FrameEdge { offset, length: length as u16, kind, boundary: Boundary::Length, score };
+    let edge = FrameEdge { offset, length, kind, boundary: Boundary::Length, score };
     (rival < score - score::MARGIN).then_some(edge)
 }
 
@@ -112,17 +127,18 @@ fn header_ends_within(frame: &[u8]) -> bool {
 /// Returns the shortest candidate length whose CRC is good.
 fn shortest_good(list: &[Candidate], bytes: &[u8]) -> Option<usize> {
     let mut last = 0;
-    let mut next = || {
-        let longer = list.iter().map(|c| usize::from(c.length)).filter(|length| *length > last);
-        last = longer.min().filter(|length| *length <= bytes.len())?;
-        Some(last)
-    };
-    while let Some(length) = next() {
+    while let Some(length) = next_length(list, last).filter(|length| *length <= bytes.len()) {
         if crc::is_good(&bytes[..length]) {
             return Some(length);
         }
+        last = length;
     }
     None
+}
+
+/// Returns the shortest candidate length above this one.
+fn next_length(list: &[Candidate], length: usize) -> Option<usize> {
+    list.iter().map(|candidate| usize::from(candidate.length)).filter(|longer| *longer > length).min()
 }
 
 /// Tells whether a frame may begin inside the bytes and be whole, or whole but for a last 00.

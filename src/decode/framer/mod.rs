@@ -20,7 +20,7 @@ use std::sync::Arc;
 
 use crate::decode::candidate::candidates;
 use crate::decode::chunk::Chunk;
-use crate::decode::frame::Boundary;
+use crate::decode::frame::{Boundary, Role};
 use crate::decode::shape::Shapes;
 use crate::decode::stamp::{Stamper, WAKE_NS};
 use crate::decode::store::Store;
@@ -37,7 +37,7 @@ pub use reading::{Asked, Readings};
 use weigh::Context;
 
 /// Nanoseconds that an unfinished frame is held at least.
-const HOLD_NS: i64 = 120 * MILLISECOND;
+pub const HOLD_NS: i64 = 120 * MILLISECOND;
 /// Undecided bytes at which the best reading of all but the last `FORCED_REST` is taken.
 const MOST_UNDECIDED: u64 = 700;
 const FORCED_REST: u64 = 300;
@@ -59,6 +59,9 @@ pub enum Piece {
         boundary: Boundary,
         /// From 0 to 0.99.
         confidence: f32,
+        /// Its role where pairing need not weigh it while nothing is open: a request that waits for its answer,
+        /// or the full answer to the request just before.
+        certain: Option<Role>,
     },
     /// A request and its answer, both beyond doubt at once: by far the commonest.
     Exchange {
@@ -96,6 +99,8 @@ pub struct Framer {
     short_cut: bool,
     /// Whether the bytes so far have given all pieces they can without more of them, or silence.
     is_dry: bool,
+    /// Stream offset that the bytes must reach before another glance at the root can tell more.
+    needed: u64,
     polled: Polled,
     /// The last score of requests and of responses turned into a confidence, and that: most frames score alike.
     confidence: [(f32, f32); 2],
@@ -129,6 +134,7 @@ impl Framer {
             pieces: VecDeque::new(),
             short_cut: true,
             is_dry: false,
+            needed: 0,
             polled: Polled::new(),
             confidence: [(0.0, score::confidence(0.0)); 2],
         }
@@ -203,7 +209,8 @@ impl Framer {
                         }
                         return Some(self.take_short_cut(edge, readings));
                     }
-                    Glance::Wait => {
+                    Glance::Wait(needed) => {
+                        self.needed = needed;
                         self.is_dry = true;
                         return None;
                     }
@@ -211,6 +218,7 @@ impl Framer {
                 }
             }
             if self.lattice.end() == self.store.end() {
+                self.needed = 0; // the lattice sees every byte
                 self.is_dry = true;
                 return None;
             }
@@ -223,16 +231,17 @@ impl Framer {
         matches!(self.pieces.front(), Some(Piece::Frame { .. }))
     }
 
-    /// Takes in a read; all pieces and deadlines before it must have been taken.
-    pub fn push(&mut self, chunk: &Chunk<'_>) {
+    /// Takes in a read, and returns its time; all pieces and deadlines before it must have been taken.
+    pub fn push(&mut self, chunk: &Chunk<'_>) -> Timestamp {
+        let read = self.stamper.push(chunk.time, chunk.bytes.len());
         if chunk.bytes.is_empty() {
-            return;
+            return read;
         }
-        self.is_dry = false;
-        self.last_read = Some(self.stamper.read_time(chunk.time, chunk.bytes.len()));
-        self.stamper.push(chunk.time, chunk.bytes.len());
+        self.last_read = Some(read);
         self.store.push(chunk.bytes, chunk.line_errors);
+        self.is_dry &= self.store.end() < self.needed;
         self.experience.set_hold_ns(self.stamper.hold_ns());
+        read
     }
 
     /// Returns the request at the root if its bytes were beyond doubt before, with nothing outstanding as now.
@@ -266,14 +275,10 @@ impl Framer {
         self.learn(edge, None);
         let answer = match fast::glance(edge.end(), Some(&asked.outstanding), &context!(self)) {
             Glance::Answer(answer) => answer,
-            Glance::Frame(answer, Readings { request: None, response: Some(_) })
-                if answer.kind == Kind::Response(Fit::Full) =>
-            {
-                answer
-            }
+            Glance::Frame(answer, readings) if certain(answer, &readings) == Some(Role::Response) => answer,
             _ => {
                 self.lattice.skip(edge.end(), Some(asked.outstanding));
-                return self.piece(edge, readings);
+                return self.piece(edge, readings, certain(edge, &readings));
             }
         };
         self.learn(answer, Some(&asked.outstanding));
@@ -293,7 +298,7 @@ impl Framer {
         };
         self.learn(edge, before.as_ref());
         self.lattice.skip(edge.end(), after);
-        self.piece(edge, readings)
+        self.piece(edge, readings, certain(edge, &readings))
     }
 
     /// Takes one byte into the lattice and hands over what that decides.
@@ -344,7 +349,7 @@ impl Framer {
         let end = context!(self).end(edge.end() - 1);
         let list = candidates(bytes, &self.shapes);
         let readings = Readings::new(list.as_slice(), bytes, edge.offset, edge.boundary, end, &self.shapes);
-        let piece = self.piece(edge, readings);
+        let piece = self.piece(edge, readings, None);
         self.pieces.push_back(piece);
         readings
     }
@@ -408,9 +413,9 @@ impl Framer {
         self.flush_junk();
     }
 
-    fn piece(&mut self, edge: FrameEdge, readings: Readings) -> Piece {
+    fn piece(&mut self, edge: FrameEdge, readings: Readings, certain: Option<Role>) -> Piece {
         let FrameEdge { offset, length, boundary, .. } = edge;
-        Piece::Frame { offset, length, readings, boundary, confidence: self.confidence(edge) }
+        Piece::Frame { offset, length, readings, boundary, confidence: self.confidence(edge), certain }
     }
 
     fn confidence(&mut self, edge: FrameEdge) -> f32 {
@@ -419,5 +424,14 @@ impl Framer {
             *last = (edge.score, score::confidence(edge.score));
         }
         last.1
+    }
+}
+
+/// Returns the role of a frame off the lattice that has no other, and answers nothing but the request before.
+fn certain(edge: FrameEdge, readings: &Readings) -> Option<Role> {
+    match (edge.kind, &readings.request, &readings.response) {
+        (Kind::Request, Some(asked), None) if !asked.outstanding.is_broadcast() => Some(Role::Request),
+        (Kind::Response(Fit::Full), None, Some(_)) => Some(Role::Response),
+        _ => None,
     }
 }

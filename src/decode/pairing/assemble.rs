@@ -47,7 +47,7 @@ impl Open {
     fn closes(&self) -> Timestamp {
         match self.superseded {
             Some(at) => at + LATE_WINDOW_NS,
-            None => self.at + RESPONSE_TIMEOUT_NS,
+            None => gives_up(self.at),
         }
     }
 
@@ -214,6 +214,11 @@ impl Assembler {
         self.run_before = None;
         self.close_where(|_| true);
     }
+}
+
+/// Returns when a request that nothing followed counts as unanswered, by when it was decided.
+pub fn gives_up(at: Timestamp) -> Timestamp {
+    at + RESPONSE_TIMEOUT_NS
 }
 
 fn is_exception(item: &Item) -> bool {

@@ -51,6 +51,11 @@ impl Pairing {
         }
     }
 
+    /// Returns when a request that nothing followed counts as unanswered, by when it was decided.
+    pub fn gives_up(at: Timestamp) -> Timestamp {
+        assemble::gives_up(at)
+    }
+
     /// Tells whether nothing is open or waiting: whatever comes next is decided by itself.
     pub fn is_idle(&self) -> bool {
         self.settled.is_empty()
