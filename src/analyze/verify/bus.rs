@@ -56,6 +56,8 @@ pub(super) struct Measured {
     pub(super) checksum: u16,
     /// How many reads before had the same data.
     pub(super) same: u32,
+    /// How long its answer took at least, in nanoseconds.
+    pub(super) latency_ns: i64,
 }
 
 /// Is what a register that can be written was last known to hold.
@@ -153,6 +155,11 @@ impl Bus {
         // What has been forgotten may have been there.
         let forgotten = self.hidden.len() == MOST_DAMAGE && self.hidden.front().is_some_and(|id| *id > after);
         forgotten || self.hidden.iter().any(|id| (after..=before).contains(id))
+    }
+
+    /// Tells whether a damaged run lies between two frames.
+    pub(super) fn is_damaged_between(&self, after: u64, before: u64) -> bool {
+        self.damage.iter().any(|damage| (after..=before).contains(damage))
     }
 
     /// Tells whether a damaged run follows a request, with one item between at most.

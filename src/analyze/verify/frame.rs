@@ -16,6 +16,13 @@ use crate::decode::shape::Shapes;
 /// Bytes up to which a lost byte is looked for: in longer runs chance would find one.
 const MOST_SEARCHED: usize = 40;
 
+/// Pairs of addresses counted.
+const MOST_PAIRS: usize = 1024;
+/// How often a CRC has to fit the same other address to be built like that.
+const HABIT: u64 = 3;
+/// Frames and runs after which chance has had its chances.
+const EARLY: u64 = 50;
+
 /// Judges frames and damaged runs.
 #[derive(Debug, Default)]
 pub(super) struct FrameRules {
@@ -72,7 +79,7 @@ impl FrameRules {
         if crc::is_good(bytes) && modbus::damaged(damaged, found) {
             return;
         }
-        if request::missing_byte_count(damaged, bus, found) {
+        if outstanding.is_none() && request::missing_byte_count(damaged, bus, found) {
             return;
         }
         let finding = match damaged.reason {
@@ -95,7 +102,8 @@ impl FrameRules {
             }
             _ => finding,
         };
-        let span = finding.span.clone().or((bytes.len() > 2).then_some(bytes.len() - 2..bytes.len()));
+        let crc_bytes = || bytes.len().checked_sub(2).map(|from| from..bytes.len());
+        let span = finding.span.clone().or_else(crc_bytes);
         let is_crc = matches!(finding.rule.code, "F01" | "F02" | "F03");
         let finding = Finding { address: damaged.address, span: span.filter(|_| is_crc), ..finding };
         found.push_back(finding.shown_by([place.id]));
@@ -106,26 +114,18 @@ impl FrameRules {
         let place = &damaged.place;
         let (bytes, time) = (place.bytes, end(place));
         let flipped = flipped(bytes);
+        if let Some((at, bit)) = flipped.filter(|(at, _)| *at > 0) {
+            let message = format!("the CRC is wrong; it fits when bit {bit} of byte {at} is flipped");
+            return Finding::new(&F01, time, message).within(at..at + 1);
+        }
         if let Some(other) = fitting_address(bytes) {
             let address = bytes.first().copied().unwrap_or_default();
-            if self.misfits.len() < 1024 || self.misfits.contains_key(&(address, other)) {
-                *self.misfits.entry((address, other)).or_default() += 1;
-            }
-            let count = self.misfits.get(&(address, other)).copied().unwrap_or(1);
-            let at = |address: u8| bus.frames_at.get(usize::from(address)).copied().unwrap_or(0);
-            // Where the other address is in use, and this one too, or seldom, its byte was damaged.
-            let is_habit = at(address) == 0 && count >= 3 && count * 10 >= at(other);
-            if at(other) == 0 || is_habit {
+            if self.is_habit(address, other, bus) {
                 let message = format!("the CRC fits when the address is {other}, not {address}");
                 return Finding::new(&F02, time, message).by(blamed(damaged.role)).about(other);
             }
-            let message =
-                format!("the CRC is wrong; it fits when the address is {other}: the address was damaged");
+            let message = format!("the CRC is wrong; it fits when the address is {other}");
             return Finding::new(&F01, time, message).within(0..1);
-        }
-        if let Some((at, bit)) = flipped {
-            let message = format!("the CRC is wrong; it fits when bit {bit} of byte {at} is flipped");
-            return Finding::new(&F01, time, message).within(at..at + 1);
         }
         if let Some(at) = doubled(bytes) {
             return Finding::new(&F01, time, format!("the CRC is wrong; it fits when byte {at} came twice"))
@@ -140,6 +140,23 @@ impl FrameRules {
             None => "several bytes are damaged".to_owned(),
         };
         Finding::new(&F01, time, format!("the CRC is wrong; {nearest}"))
+    }
+
+    /// Counts a CRC that fits another address; tells whether the sender builds it like that.
+    fn is_habit(&mut self, address: u8, other: u8, bus: &Bus) -> bool {
+        let pair = (address, other);
+        if self.misfits.len() < MOST_PAIRS || self.misfits.contains_key(&pair) {
+            *self.misfits.entry(pair).or_default() += 1;
+        }
+        let count = self.misfits.get(&pair).copied().unwrap_or(1);
+        let at = |address: u8| bus.frames_at.get(usize::from(address)).copied().unwrap_or(0);
+        match (at(address), at(other)) {
+            // Early on, or again: many damaged bytes fit some address by chance.
+            (0, 0) => count > 1 || bus.next_id < EARLY,
+            // A damaged address byte hits the same value once in many frames.
+            (0, others) => count >= HABIT && count.saturating_mul(100) >= others,
+            _ => false,
+        }
     }
 }
 

@@ -29,6 +29,8 @@ pub(super) struct LineRules {
     shortest_between: i64,
     has_said_granularity: bool,
     frames: u32,
+    /// Requests, and echoes of requests.
+    requests: [u64; 2],
     /// Stream offset after the last frame.
     frame_end: Option<u64>,
     /// Pauses by address, role, length and place: how many, of how many frames.
@@ -45,6 +47,7 @@ impl LineRules {
             shortest_between: bits(70),
             has_said_granularity: false,
             frames: 0,
+            requests: [0; 2],
             frame_end: None,
             pauses: HashMap::new(),
             kinds: HashMap::new(),
@@ -54,12 +57,7 @@ impl LineRules {
     pub(super) fn frame(&mut self, frame: &Frame<'_>, stamper: &Stamper, found: &mut Found) {
         let place = &frame.place;
         self.errors(place, Some(frame.address()), found);
-        if frame.echo {
-            let message =
-                format!("the request of frame {} came again as an echo", place.id.saturating_sub(1));
-            let finding = Finding::new(&L06, end(place), message).at(frame.address()).about(0_u8);
-            found.push_back(finding.shown_by([place.id]));
-        }
+        self.echo(frame, found);
         if stamper.has_times() {
             self.granularity(place, stamper, found);
             self.inside(frame, stamper, found);
@@ -88,6 +86,23 @@ impl LineRules {
         let message =
             format!("{count} lost before byte {} of the stream: {}", lost.stream_offset, lost.kind.name());
         found.push_back(Finding::new(&L07, lost.time, message).about(lost.kind as u8));
+    }
+
+    /// Passes on echoes, once most requests have one.
+    fn echo(&mut self, frame: &Frame<'_>, found: &mut Found) {
+        if frame.role != Role::Request {
+            return;
+        }
+        let [requests, echoes] = &mut self.requests;
+        *requests += u64::from(!frame.echo);
+        *echoes += u64::from(frame.echo);
+        if frame.echo && *echoes >= 3 && echoes.saturating_mul(2) >= *requests {
+            let place = &frame.place;
+            let message =
+                format!("the request of frame {} came again as an echo", place.id.saturating_sub(1));
+            let finding = Finding::new(&L06, end(place), message).at(frame.address()).about(0_u8);
+            found.push_back(finding.shown_by([place.id]));
+        }
     }
 
     /// Says once how coarsely the adapter hands over.

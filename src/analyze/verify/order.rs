@@ -9,9 +9,12 @@ use super::line::seconds;
 use super::verifier::Found;
 use crate::decode::transaction::{Outcome, Side, Transaction};
 use crate::device::{Kind, Meaning, Profile};
+use crate::time::MILLISECOND;
 
 /// How often in a row the data of reads have to be the same to show that nothing is measured.
 const FROZEN: u32 = 9;
+/// Nanoseconds after which a master may have given up on an answer.
+const SLOW_NS: i64 = 100 * MILLISECOND;
 /// Which part of the manual's cycle is not yet too fast: clocks differ.
 const TOLERANCE: (i64, i64) = (98, 100);
 
@@ -30,7 +33,12 @@ pub(super) fn transaction(t: &Transaction<'_>, meaning: &Meaning<'_>, bus: &mut 
     if let Some(previous) = read.unit.measured.filter(|_| t.outcome == Outcome::Answered) {
         found.extend(read.too_fast(&previous));
         let mark = Mark::of(&request);
-        bus.unit_mut(t.address).measured = Some(Measured { request: mark, register, ..previous });
+        bus.unit_mut(t.address).measured = Some(Measured {
+            request: mark,
+            register,
+            latency_ns: t.latency.map_or(0, |latency| latency.least),
+            ..previous
+        });
     }
 }
 
@@ -49,8 +57,13 @@ fn remember(t: &Transaction<'_>, register: u16, request: &Side<'_>, bus: &mut Bu
         }
         // Far in the past: the first read follows none.
         _ => {
-            unit.measured =
-                Some(Measured { register, request: Mark { id: request.id, time: None }, checksum, same: 0 })
+            unit.measured = Some(Measured {
+                register,
+                request: Mark { id: request.id, time: None },
+                checksum,
+                same: 0,
+                latency_ns: 0,
+            })
         }
     }
 }
@@ -130,6 +143,11 @@ impl Read<'_> {
         let cycle = self.profile.measuring.cycle_ns.filter(|_| previous.register == self.register)?;
         let (before, now) = (previous.request.time?, self.request.time?);
         let most = before.start.until(now.start).most;
+        // Whoever gave up on a slow or damaged answer asks again.
+        if previous.latency_ns > SLOW_NS || self.bus.is_damaged_between(previous.request.id, self.request.id)
+        {
+            return None;
+        }
         if previous.request.id >= self.request.id || most >= cycle / TOLERANCE.1 * TOLERANCE.0 {
             return None;
         }

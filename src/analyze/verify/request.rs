@@ -178,10 +178,13 @@ pub(super) fn missing_byte_count(damaged: &Damaged<'_>, bus: &Bus, found: &mut F
         return false;
     }
     let whole = [address, 16, s1, s0, 0, 0, 0];
-    // Old sketches send the CRC of the whole frame, or that of the frame for address 1.
+    // Old sketches send the CRC of the whole frame, some that of the whole frame for another address.
     let fits = |address: u8| Register::NEW.after(&[address]).after(&whole[1..]).after(&[c1, c0]).is_zero();
-    let why = if fits(address) { "; the CRC is that of the frame with it" } else { "" };
-    let message = format!("FC16 0x{register:04x} writes no register, and its byte count is missing{why}");
+    let Some(of) = [address].into_iter().chain(0..=247).find(|address| fits(*address)) else { return false };
+    let which = if of == address { String::new() } else { format!(" to {of}") };
+    let message = format!(
+        "FC16 0x{register:04x} writes no register, and its byte count is missing; the CRC is that of a whole frame{which}"
+    );
     let finding = Finding::new(&D19, end(place), message).at(address).about(register);
     found.push_back(finding.shown_by([place.id]).within(6..8));
     true

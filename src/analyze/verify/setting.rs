@@ -19,6 +19,9 @@ pub(super) fn transaction(t: &Transaction<'_>, meaning: &Meaning<'_>, bus: &mut 
         return;
     };
     let Some(command) = meaning.agreed_command() else { return };
+    if bus.shapes.is_service_address(t.address) {
+        return; // no single device answers there
+    }
     if command.function == 16 && t.outcome != Outcome::Broadcast && !command.request.is_empty() {
         let write = Write { t, command, register, request, meaning };
         write.judge(bus, found);

@@ -29,7 +29,7 @@ impl Requests {
     /// Returns how often a minute it came, when there is enough to tell.
     pub(super) fn a_minute(&self) -> Option<f64> {
         let span = self.last? - self.first?;
-        let intervals = self.count.checked_sub(1).filter(|count| *count > 0)?;
+        let intervals = self.count.checked_sub(1).filter(|count| *count > 1)?;
         (span > 0).then(|| intervals as f64 * 60.0 * SECOND as f64 / span as f64)
     }
 
