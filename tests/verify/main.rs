@@ -2,6 +2,7 @@
 
 mod device;
 mod frames;
+mod hour;
 mod line;
 mod requests;
 mod story;

@@ -7,11 +7,14 @@ use crate::decode::frame::{Damaged, Frame, Reason, Role, WireTime};
 use crate::decode::shape::{Form, Shapes};
 use crate::decode::transaction::{Outcome, Side, Transaction};
 use crate::device::{Command, Kind, Meaning, Profile, Profiles};
+use crate::time::MILLISECOND;
 
 /// Requests remembered: more than can be undecided at a time.
 const MOST_REQUESTS: usize = 64;
 /// Damaged runs remembered.
 const MOST_DAMAGE: usize = 64;
+/// Nanoseconds within which an answer usually begins.
+const SOON_NS: i64 = 100 * MILLISECOND;
 /// Kinds of requests counted: address, function and register; a bus that sends more is out of its mind.
 const MOST_KEYS: usize = 4096;
 
@@ -206,7 +209,10 @@ impl Bus {
         let id = damaged.place.id;
         self.next_id = id + 1;
         push(&mut self.damage, id);
-        if damaged.role != Role::Response && damaged.reason != Reason::Stray {
+        // What comes right behind a request is its answer, and hides no other request.
+        let is_soon = damaged.place.gap_before.is_some_and(|gap| gap.midpoint() < SOON_NS);
+        let is_answer = damaged.role == Role::Response && is_soon;
+        if damaged.reason != Reason::Stray && !is_answer {
             push(&mut self.hidden, id);
         }
     }
@@ -217,6 +223,9 @@ impl Bus {
 
     /// Remembers a transaction that was judged.
     pub(super) fn transaction(&mut self, t: &Transaction<'_>, meaning: &Meaning<'_>) {
+        if let (Outcome::Unsolicited, Some(response)) = (t.outcome, &t.response) {
+            push(&mut self.damage, response.id);
+        }
         let Some(request) = t.request.filter(|side| !side.damaged) else { return };
         let is_answered = matches!(t.outcome, Outcome::Answered | Outcome::Late | Outcome::Exception);
         self.count(t, is_answered);

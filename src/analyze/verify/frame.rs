@@ -30,8 +30,8 @@ pub(super) struct FrameRules {
     misfits: HashMap<(u8, u8), u64>,
     /// The last frame, when it is a request that waits for its answer.
     outstanding: Option<(u64, usize)>,
-    /// Id and end, in the stream, of a damaged run where an answer was due.
-    damaged_answer: Option<(u64, u64)>,
+    /// Id and end, in the stream, of a damaged run where an answer was due, and how many bytes that still has.
+    damaged_answer: Option<(u64, u64, usize)>,
 }
 
 impl FrameRules {
@@ -68,9 +68,12 @@ impl FrameRules {
         }
         let end_offset = place.stream_offset + bytes.len() as u64;
         let is_answer = outstanding.is_some_and(|(offset, _)| offset == place.stream_offset);
-        self.damaged_answer = is_answer.then_some((place.id, end_offset));
-        let before = damaged_answer.filter(|(_, end)| *end == place.stream_offset);
-        if let Some((answer, _)) = before.filter(|_| damaged.reason == Reason::Noise) {
+        let expected = outstanding.filter(|_| is_answer).map(|(_, length)| length);
+        self.damaged_answer =
+            expected.map(|expected| (place.id, end_offset, expected.saturating_sub(bytes.len())));
+        let before =
+            damaged_answer.filter(|(_, end, rest)| *end == place.stream_offset && bytes.len() > *rest);
+        if let Some((answer, ..)) = before.filter(|_| damaged.reason == Reason::Noise) {
             let message = format!("{} more damaged bytes right behind a damaged answer", bytes.len());
             let finding = Finding::new(&T08, end(place), message).shown_by([answer, place.id]);
             found.push_back(Finding { address: damaged.address, ..finding });
@@ -92,8 +95,6 @@ impl FrameRules {
             Reason::Truncated => truncated(damaged),
             Reason::Stray | Reason::Noise => Finding::new(&L05, end(place), noise(bytes)).about(1_u8),
         };
-        let expected =
-            outstanding.filter(|(offset, _)| *offset == place.stream_offset).map(|(_, length)| length);
         let is_explained = std::ptr::eq(finding.rule, &F03) || std::ptr::eq(finding.rule, &F02);
         let finding = match expected {
             Some(expected) if bytes.len() > expected && !is_explained && doubled(bytes).is_none() => {
@@ -152,7 +153,7 @@ impl FrameRules {
         let at = |address: u8| bus.frames_at.get(usize::from(address)).copied().unwrap_or(0);
         match (at(address), at(other)) {
             // Early on, or again: many damaged bytes fit some address by chance.
-            (0, 0) => count > 1 || bus.next_id < EARLY,
+            (0, 0) => count > 1 || bus.next_id < EARLY && (address ^ other).count_ones() > 1,
             // A damaged address byte hits the same value once in many frames.
             (0, others) => count >= HABIT && count.saturating_mul(100) >= others,
             _ => false,
