@@ -176,7 +176,8 @@ pub static MISTAKEN_MASTER: Script = Script {
         read(0xFF, 0x3000, 1, 600),
         read(CONDUCTIVITY, 0x2500, 0, 600),
         put(0, 0x2F00, 0, &[], 600),
-        // The start without its byte count, and with the CRC that it would have then.
+        // A read without a start, and the start without its byte count, and with the CRC that it would have then.
+        read(OXYGEN, 0x2600, 4, 1500),
         Step { ask: Ask::Bytes(&[2, 16, 0x1C, 0, 0, 0, 0xEB, 0x92]), next_ms: 600 },
     ],
     cycle: &[

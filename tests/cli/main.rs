@@ -9,6 +9,7 @@ mod imports;
 mod input;
 mod ports;
 mod rows;
+mod verify;
 mod wireshark;
 
 use assert_cmd::Command;

@@ -95,12 +95,12 @@ impl Asked<'_> {
         let quantity = self.t.quantity.filter(|quantity| !command.quantities.contains(quantity))?;
         let takes: Vec<String> = command.quantities.iter().map(u16::to_string).collect();
         let message = format!("{} takes {} registers, not {quantity}", command.name, takes.join(" or "));
+        let answers = self.t.outcome != Outcome::NoResponse;
         if command.kind == Kind::Calibration {
             let message = format!("{message}: what belongs together is written in parts");
-            return Verdict::new(&D12, 4..6, message).map(|verdict| Verdict { answers: true, ..verdict });
+            return Verdict::new(&D12, 4..6, message).map(|verdict| Verdict { answers, ..verdict });
         }
-        Verdict::new(&D03, 4..6, message)
-            .map(|verdict| Verdict { answers: self.t.outcome != Outcome::NoResponse, ..verdict })
+        Verdict::new(&D03, 4..6, message).map(|verdict| Verdict { answers, ..verdict })
     }
 
     /// Finds a part of a calibration that has to be written whole.

@@ -85,7 +85,7 @@ impl Write<'_> {
         let same = kept.as_ref().filter(|kept| kept.text == new).map_or(0, |kept| kept.writes);
         let writes = same.saturating_add(1);
         if is_kept && writes >= REPEATED {
-            let message = format!("{} wrote {new} for the {writes}th time in a row", self.command.name);
+            let message = format!("{} wrote {new} {writes} times in a row", self.command.name);
             found.push_back(self.finding(&D20, message));
         }
         keep(

@@ -46,7 +46,8 @@ impl Report<'_> {
         for (bus, line) in &audit.buses {
             writeln!(f, "{bold}{bus}{bold:#} {line}")?;
         }
-        write!(f, "{} frames, {} damaged runs", audit.frames, audit.damaged)?;
+        let runs = if audit.damaged == 1 { "run" } else { "runs" };
+        write!(f, "{} frames, {} damaged {runs}", audit.frames, audit.damaged)?;
         match audit.first.zip(audit.last) {
             Some((first, last)) => {
                 let seconds = (last - first) as f64 / SECOND as f64;
