@@ -6,7 +6,6 @@ use std::sync::Arc;
 use chrono::NaiveDateTime;
 
 use super::device::{Change, Device, Point, Quantity, Register, SensorClock};
-use super::finding::Finding;
 use super::health::Health;
 use super::names::Names;
 use super::row::{Exchange, Field, Remark, RemarkKind, Row, Run, RunKind};
@@ -105,12 +104,6 @@ impl Feed {
         self.remark(Remark { bus: 0, time, address: None, kind: RemarkKind::Note, text: text.into() });
     }
 
-    /// Takes a finding.
-    pub fn finding(&mut self, finding: Finding) {
-        self.store.revision += 1;
-        self.store.findings.take(finding);
-    }
-
     /// Takes an event of a bus.
     pub fn event(&mut self, bus: &str, event: &Event<'_>) {
         self.store.revision += 1;
@@ -120,7 +113,10 @@ impl Feed {
             Event::Damaged(damaged) => self.damaged(bus, damaged),
             Event::Lost(lost) => self.lost(bus, lost),
             Event::Identified { identified, time } => self.identified(bus, identified, *time),
-            Event::Transaction { transaction, meaning } => self.transaction(bus, transaction, meaning),
+            Event::Transaction { transaction, meaning, codes } => {
+                self.transaction(bus, transaction, meaning, codes);
+            }
+            Event::Finding(finding) => self.store.findings.take(bus, finding),
             // What is derived comes with its transaction.
             Event::Reading { .. } => {}
         }
@@ -297,8 +293,14 @@ impl Feed {
         self.remark(Remark { bus, time, address, kind: RemarkKind::Identified, text });
     }
 
-    fn transaction(&mut self, bus: usize, row: &Transaction<'_>, meaning: &Meaning<'_>) {
-        let exchange = self.exchange(bus, row, meaning);
+    fn transaction(
+        &mut self,
+        bus: usize,
+        row: &Transaction<'_>,
+        meaning: &Meaning<'_>,
+        codes: &[&'static str],
+    ) {
+        let exchange = Exchange { codes: codes.into(), ..self.exchange(bus, row, meaning) };
         self.held.retain(|(_, id)| !exchange.ids.contains(&Some(*id)));
         let is_bad = super::row::Tone::of(row.outcome) >= super::row::Tone::Warn;
         if let Some(health) = self.health(bus) {
@@ -358,6 +360,7 @@ impl Feed {
             title: names(&words::command(row, meaning)),
             said: said.into(),
             fields: fields(meaning, &mut names),
+            codes: Box::default(),
             ids,
             sides: ids.map(|id| frame_number(&self.store.frames, id?)),
         }
