@@ -16,8 +16,7 @@ impl App {
                 let filter = self.breaks_on.as_ref().or(self.filter.as_ref());
                 filter.map(Filter::to_string).unwrap_or_default()
             }
-            Ask::Search => self.search.clone().unwrap_or_default(),
-            Ask::Note | Ask::Time | Ask::Export => String::new(),
+            Ask::Search | Ask::Note | Ask::Time | Ask::Export => String::new(),
         };
         self.learn_words();
         self.prompt = Some(Prompt::new(ask, text, &self.vocabulary));

@@ -49,8 +49,6 @@ pub struct Device {
     pub written: Option<Timestamp>,
     /// The last latency.
     pub latency: Option<Span>,
-    /// The latest latencies in nanoseconds, with their times.
-    pub latencies: Pages<Point>,
     /// When it was asked, the latest times.
     pub(super) polls: VecDeque<Timestamp>,
     /// What it measures, in the order in which it was first seen.

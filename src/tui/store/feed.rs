@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use chrono::NaiveDateTime;
 
-use super::device::{Change, Device, Point, Quantity, Register, SensorClock};
+use super::device::{Change, Device, Quantity, Register, SensorClock};
 use super::health::Health;
 use super::names::Names;
 use super::row::{Exchange, Field, Remark, RemarkKind, Row, Run, RunKind};
@@ -20,8 +20,6 @@ use crate::report::columns;
 use crate::report::words::{self, Labels};
 use crate::time::Timestamp;
 
-/// How many latencies of a device are kept.
-const MOST_LATENCIES: u64 = 2048;
 /// How many damaged runs wait for their transaction.
 const MOST_HELD: usize = 256;
 
@@ -384,11 +382,7 @@ impl Feed {
         }
         device.id = exchange.device.clone().or_else(|| device.id.take());
         device.serial = serial.or_else(|| device.serial.take());
-        if let (Some(latency), Some(time)) = (row.latency, exchange.end) {
-            device.latency = Some(latency);
-            device.latencies.push(Point { time, value: latency.midpoint() as f64 });
-            device.latencies.keep(MOST_LATENCIES);
-        }
+        device.latency = row.latency.or(device.latency);
         let is_answered = matches!(row.outcome, Outcome::Answered | Outcome::Late);
         let is_write = words::is_write(row.function);
         match is_write {

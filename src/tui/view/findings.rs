@@ -30,7 +30,7 @@ pub(super) fn draw(app: &App, area: Rect, buffer: &mut Buffer) {
     }
     let spec = |width, extra, leaves| Spec { width, extra, leaves };
     let specs =
-        [spec(4, 0, 0), spec(20, 0, 3), spec(4, 0, 1), spec(7, 0, 2), spec(12, 0, 5), spec(14, u16::MAX, 0)];
+        [spec(4, 0, 0), spec(22, 0, 3), spec(4, 0, 1), spec(7, 0, 2), spec(12, 0, 5), spec(14, u16::MAX, 0)];
     let columns = fit(&specs, area.width.saturating_sub(2));
     let titles = ["CODE", "NAME", "ADDR", "COUNT", "LAST", "OBSERVED"];
     let (height, _) = heights(area.height);
