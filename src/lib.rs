@@ -3,7 +3,7 @@
 //! The way of a byte, from left to right; dependencies point along the arrows only:
 //!
 //! ```text
-//! capture ──▶ decode ─────────────────────────▶ device ──────────▶ analyze ──▶ report
+//! capture ──▶ decode ─────────────────────────▶ device ──────────▶ analyze ──▶ report, tui
 //! hex text    stamp ▸ framer ▸ pairing           identify ▸ meaning  filter      text
 //! raw bytes   (pure: no clock, no I/O)           (pure: profiles)                json, csv
 //! imports
@@ -20,6 +20,7 @@
 //! - [`pipeline`]: the three joined, for one bus: bytes in, [`pipeline::Event`]s out.
 //! - [`analyze`]: judgement: the display filter, the search for line settings, the connection check, drafts of profiles.
 //! - [`report`]: one file an output format.
+//! - [`tui`]: the terminal UI as state and drawing, without a terminal.
 //! - [`section`]: TOML read key by key, with all that is wrong with it and where.
 //! - [`cli`], [`config`] and [`command`]: the program; the only place that owns files, clocks and the terminal.
 //!

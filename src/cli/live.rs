@@ -14,6 +14,9 @@ pub(super) const LISTEN_EXAMPLES: &str = "\
 SOURCE is a serial device, tcp://host:port (a raw serial server), or '-' for bytes on standard input. Nothing is
 ever sent to the bus. Ctrl-C ends; a second one at once.
 
+On a terminal there is a UI, in which ? shows the keys; with --format, or where standard output is none, lines are
+printed.
+
 Examples:
   rtutap listen /dev/ttyUSB0 --line 9600-8N1
   rtutap listen /dev/ttyUSB0 --line auto
@@ -83,7 +86,7 @@ pub struct Listen {
     #[arg(long, value_name = "FILE", conflicts_with = "no_record")]
     pub record: Option<PathBuf>,
 
-    /// Record nothing
+    /// Record nothing; without it, the terminal UI keeps its session in the state directory
     #[arg(long)]
     pub no_record: bool,
 
@@ -161,7 +164,7 @@ fn size(text: &str) -> Result<u64, String> {
 }
 
 /// Reads a length of time.
-fn length(text: &str) -> Result<Nanoseconds, String> {
+pub(super) fn length(text: &str) -> Result<Nanoseconds, String> {
     let second = SECOND as f64;
     let units = [
         ("ms", MILLISECOND as f64),

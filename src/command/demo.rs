@@ -41,7 +41,8 @@ pub(super) fn run(args: &cli::Demo, verbose: bool, screen: Screen) -> Result<(),
     };
     let profiles = Arc::new(Profiles::built_in());
     let adapter_hold_ns = Some(config.adapter.hold_ns(config.line));
-    let setup = Setup { adapter_hold_ns, readings: false, ..Setup::new(Arc::clone(&profiles)) };
+    let setup =
+        Setup { adapter_hold_ns, readings: false, findings: true, ..Setup::new(Arc::clone(&profiles)) };
     let stop = live::stop_flag()?;
     let clock: Arc<dyn source::Clock> = Arc::new(SystemClock);
     let (source, _wire) = connect(config, &clock);
@@ -65,6 +66,7 @@ pub(super) fn run(args: &cli::Demo, verbose: bool, screen: Screen) -> Result<(),
         recording: None,
         info: Some(Info::new(&profiles)),
         screen: None,
+        audit: None,
         status: Status::new(false, true),
         stop,
         duration_ns: Some(u64::from(args.duration.unwrap_or(LINES_FOR)).saturating_mul(SECOND as u64)),

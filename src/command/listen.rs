@@ -9,6 +9,7 @@ use super::bus;
 use super::failure::Failure;
 use super::live::{self, Job, Recording, Status};
 use super::printing::{Printing, filter_of};
+use super::session::Setup;
 use super::ui;
 use crate::capture::mcap::Options;
 use crate::cli;
@@ -30,7 +31,11 @@ pub(super) fn run(args: &cli::Listen, verbose: bool, screen: Screen) -> Result<(
     let equipment = &args.live.equipment;
     let profiles = bus::profiles(&equipment.profiles, &no_inputs)?;
     let (printing, output) = Printing::new(&args.printing, &profiles, verbose)?;
-    let setup = live::setup(&args.live, &profiles, printing.shows_readings() || args.record.is_some(), true)?;
+    let is_recorded = args.record.is_some();
+    let setup = Setup {
+        findings: printing.needs_findings() || is_recorded,
+        ..live::setup(&args.live, &profiles, printing.shows_readings() || is_recorded, true)?
+    };
     let stop = live::stop_flag()?;
     let clock: Arc<dyn Clock> = Arc::new(SystemClock);
     let anchor = live::anchor(&*clock);
@@ -46,6 +51,7 @@ pub(super) fn run(args: &cli::Listen, verbose: bool, screen: Screen) -> Result<(
         recording,
         info: None,
         screen: None,
+        audit: None,
         status: Status::new(false, true),
         stop,
         duration_ns: None,
@@ -84,7 +90,7 @@ fn show(args: &cli::Listen, screen: Screen) -> Result<(), Failure> {
     let profiles = bus::profiles(&equipment.profiles, &no_inputs)?;
     let filter = args.printing.filter.as_deref();
     let filter = filter.map(|text| filter_of("--filter", text, &profiles)).transpose()?;
-    let setup = live::setup(&args.live, &profiles, true, true)?;
+    let setup = Setup { findings: true, ..live::setup(&args.live, &profiles, true, true)? };
     let stop = live::stop_flag()?;
     let clock: Arc<dyn Clock> = Arc::new(SystemClock);
     let anchor = live::anchor(&*clock);

@@ -49,6 +49,7 @@ pub(super) fn run(args: &cli::Record) -> Result<(), Failure> {
         recording: Some(recording),
         info: None,
         screen: None,
+        audit: None,
         status: Status::new(true, decodes),
         stop,
         duration_ns: None,

@@ -50,6 +50,7 @@ pub(super) fn run(args: &cli::Replay, screen: Screen) -> Result<(), Failure> {
         adapter_hold_ns: args.bus.adapter_hold.map(|hold| hold.0),
         devices: bus::devices(&args.bus.equipment, &profiles)?,
         readings: false,
+        findings: true,
         ..Setup::new(Arc::clone(&profiles))
     };
     let mut options =

@@ -57,6 +57,7 @@ impl EventSubject<'_> {
             Event::Lost(lost) => lost.time,
             Event::Identified { time, .. } | Event::Reading { time, .. } => *time,
             Event::Transaction { transaction, .. } => columns::began(transaction),
+            Event::Finding(finding) => finding.time,
         }
     }
 }
@@ -69,6 +70,7 @@ impl Subject for EventSubject<'_> {
             Event::Identified { identified, .. } => Some(identified.address),
             Event::Transaction { transaction, .. } => Some(transaction.address),
             Event::Reading { address, .. } => Some(*address),
+            Event::Finding(finding) => finding.address,
             Event::Lost(_) => None,
         }
     }
@@ -187,6 +189,14 @@ impl Subject for EventSubject<'_> {
 
     fn time_of_day_ns(&self) -> Option<i64> {
         self.start().map(time_of_day_ns)
+    }
+
+    fn any_finding(&self, test: &mut dyn FnMut(&str) -> bool) -> bool {
+        match self.event {
+            Event::Transaction { codes, .. } => codes.iter().any(|code| test(code)),
+            Event::Finding(finding) => test(finding.rule.code),
+            _ => false,
+        }
     }
 
     fn any_bytes(&self, test: &mut dyn FnMut(&[u8]) -> bool) -> bool {

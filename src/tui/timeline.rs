@@ -124,7 +124,9 @@ impl Series {
 
     /// Returns the last bucket up to `index` in which something is.
     pub fn last_with(&self, what: Sought, index: usize) -> Option<usize> {
-        (0..self.buckets.len().min(index.saturating_add(1))).rev().find(|at| self.buckets[*at].count(what) > 0)
+        (0..self.buckets.len().min(index.saturating_add(1)))
+            .rev()
+            .find(|at| self.buckets[*at].count(what) > 0)
     }
 
     /// Returns how often something is in all of it.
@@ -137,7 +139,8 @@ impl Series {
     fn sum(&self, from: i64, to: i64) -> Bucket {
         let (first, last) = (self.index(from), self.index(to.saturating_sub(1).max(from)));
         let mut sum = Bucket::default();
-        let whole = self.buckets.get(first..self.buckets.len().min(last.saturating_add(1))).unwrap_or_default();
+        let whole =
+            self.buckets.get(first..self.buckets.len().min(last.saturating_add(1))).unwrap_or_default();
         let begins = |index: usize| self.begin_of(first.saturating_add(index)) >= from;
         for (index, bucket) in whole.iter().enumerate() {
             if whole.len() == 1 || begins(index) {

@@ -526,11 +526,13 @@ fn old_rows_leave_memory_and_the_screen_says_so() {
 /// Every action is in the tests above by one of its keys: this fails when a new one is not.
 #[test]
 fn every_action_has_its_test() {
-    let source = include_str!("keys.rs");
+    let source = concat!(include_str!("keys.rs"), include_str!("replay.rs"));
     let words: Vec<&str> = source.split(['"', ' ', '(', ')']).collect();
     for entry in ACTIONS {
-        let is_pressed =
-            entry.keys.iter().any(|key| words.contains(key) || source.contains(&format!("\"\\{key}")));
+        let is_pressed = entry.keys.iter().any(|key| {
+            words.contains(key)
+                || [format!("\"\\{key}"), format!("\"{key}\"")].iter().any(|key| source.contains(key))
+        });
         assert!(is_pressed, "no test presses a key of '{}'", entry.name);
     }
     assert_eq!(Action::named("quit"), Some(Action::Quit));

@@ -67,7 +67,9 @@ fn a_recording_that_is_being_decoded() {
 fn a_recording_that_is_played_with_a_filter() {
     check("replay_filtered", |replay| {
         let mut hits = Series::default();
-        [20, 21, 150, 410].map(|at| hits.add(at * SECOND, &Bucket { matches: 3, ..Bucket::default() }));
+        for second in [20, 21, 150, 410] {
+            hits.add(second * SECOND, &Bucket { matches: 3, ..Bucket::default() });
+        }
         (replay.is_playing, replay.speed) = (true, 10.0);
         let timeline = Arc::make_mut(&mut replay.timeline);
         (timeline.decoded_ns, timeline.is_complete, timeline.hits) = (END, true, Some((hits, 450 * SECOND)));

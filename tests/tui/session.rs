@@ -5,6 +5,7 @@ use std::sync::Arc;
 use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
+use rtutap::analyze::verify::{Finding, rule};
 use rtutap::decode::chunk::{Chunk, ReadTime};
 use rtutap::decode::frame::{Boundary, Frame, Place, Role, WireTime};
 use rtutap::device::{Devices, Environment, Profiles};
@@ -15,7 +16,7 @@ use rtutap::report::words::Labels;
 use rtutap::simulate::{Adapter, Config, Scenario, Simulation};
 use rtutap::time::{Interval, Timestamp};
 use rtutap::tui::app::{self, App, Effect, Message};
-use rtutap::tui::store::{BusFacts, Feed, Finding, Severity};
+use rtutap::tui::store::{BusFacts, Feed};
 use rtutap::tui::view;
 
 /// Decodes a simulated bus into a feed, one read after the other.
@@ -37,8 +38,14 @@ impl Source {
         let profiles = Arc::new(Profiles::built_in());
         let devices = Devices::new(Arc::clone(&profiles), Environment::default());
         let adapter_hold_ns = Some(adapter.hold_ns(line));
-        let options =
-            Options { line, adapter_hold_ns, first_frame_id: 0, first_transaction_id: 0, readings: false };
+        let options = Options {
+            line,
+            adapter_hold_ns,
+            first_frame_id: 0,
+            first_transaction_id: 0,
+            readings: false,
+            findings: false,
+        };
         let mut feed = Feed::new(Labels::new(&profiles));
         feed.begin(BusFacts {
             name: "bus0".to_owned(),
@@ -92,25 +99,12 @@ impl Source {
 
     /// Adds findings about the first frames.
     pub fn find(&mut self) {
-        let finding = |code: &str, severity, frames: &[u64]| Finding {
-            code: code.into(),
-            name: "no-response".into(),
-            severity,
-            party: "device",
-            bus: 0,
-            address: Some(1),
-            message: "address 1 did not answer a request for 4 registers at 0x2600".into(),
-            help: "Is the sensor powered and its address right? Look at the bytes after the request.".into(),
-            reference: "Modbus over serial line V1.02, 2.4.1".into(),
-            count: 1,
-            first: Some(self.now),
-            last: Some(self.now),
-            frames: frames.to_vec(),
-            span: None,
-        };
-        self.feed.finding(finding("T01", Severity::Error, &[20]));
-        self.feed.finding(finding("T01", Severity::Error, &[30]));
-        self.feed.finding(finding("D06", Severity::Warning, &[40]));
+        for (code, frame) in [("T01", 20), ("T01", 30), ("D06", 40)] {
+            let rule = rule(code).expect("a rule");
+            let message = "seen in a request for 4 registers at 0x2600";
+            let finding = Finding::new(rule, Some(self.now), message).at(1).shown_by([frame]);
+            self.feed.event("bus0", &Event::Finding(&finding));
+        }
     }
 }
 

@@ -173,7 +173,9 @@ impl Recording {
 
     /// Returns where to go on later; `None` while items wait or a chunk is read, and for streams.
     pub fn place(&self) -> Option<Place> {
-        let can_go = matches!(self.messages.source(), Source::File(_)) && self.plan.is_none() && !self.state.has_items();
+        let can_go = matches!(self.messages.source(), Source::File(_))
+            && self.plan.is_none()
+            && !self.state.has_items();
         let at = self.messages.place().filter(|_| can_go)?;
         Some(Place { at, state: self.state.clone(), is_finished: self.is_finished })
     }

@@ -103,7 +103,10 @@ impl Driver {
             match told {
                 Told::Notice(notice) => self.status.say(&notice),
                 Told::File(file) => self.status.file(file),
-                Told::Closed => self.is_closed = true,
+                Told::Closed => {
+                    self.is_closed = true;
+                    self.status.closed();
+                }
             }
         }
     }

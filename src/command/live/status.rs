@@ -44,6 +44,14 @@ impl Status {
         self.file = Some(file);
     }
 
+    /// Takes note that nothing is written any more.
+    pub(super) fn closed(&mut self) {
+        if let Some(teller) = &self.teller {
+            teller.tell(Word::Recording(None));
+        }
+        self.file = None;
+    }
+
     /// Shows how it goes after so many nanoseconds.
     pub(super) fn update(&self, elapsed_ns: i64, tally: &Tally) {
         if let Some(bar) = &self.bar {

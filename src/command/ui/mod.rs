@@ -157,7 +157,12 @@ impl Loop<'_> {
             Effect::Mouse(is_ours) => self.screen.set_mouse(is_ours),
             Effect::Copy(text) => self.screen.copy(&text),
             Effect::Suspend => {
+                let before = self.clock.monotonic_ns();
                 self.screen.suspend()?;
+                let seconds = self.clock.monotonic_ns().saturating_sub(before) / 1_000_000_000;
+                let text =
+                    format!("suspended for {seconds} s: what the system could not hold meanwhile is lost");
+                self.app.update(Message::Said(Tone::Warn, text));
                 let (columns, lines) = self.screen.size();
                 self.app.update(Message::Resize(columns, lines));
                 Ok(())

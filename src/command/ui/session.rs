@@ -73,6 +73,7 @@ pub(in crate::command) fn live(live: Live<'_>) -> Result<Report, Failure> {
                 rows: None,
                 recording,
                 info: None,
+                audit: None,
                 screen: Some(screen),
                 status: Status::told(told.clone()),
                 stop,

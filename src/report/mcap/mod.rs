@@ -6,8 +6,8 @@ use std::collections::{BTreeMap, VecDeque};
 
 use prost::Message as _;
 
-pub use self::schema::Level;
-use self::schema::{Log, Seconds};
+use self::schema::{Level, Log, Seconds};
+use crate::analyze::verify::{Finding, Severity};
 use crate::decode::transaction::{Outcome, Transaction};
 use crate::device::{Meaning, Reading};
 use crate::pipeline::Event;
@@ -56,13 +56,14 @@ impl Messages {
         match event {
             Event::Frame(frame) => self.frame(frame.place.id, frame.place.stream_offset),
             Event::Damaged(damaged) => self.frame(damaged.place.id, damaged.place.stream_offset),
-            Event::Transaction { transaction, meaning } => {
+            Event::Transaction { transaction, meaning, .. } => {
                 self.start = columns::began(transaction);
                 self.remember_quantities(transaction, meaning);
                 let payload = self.transaction(transaction, meaning).encode_to_vec();
                 return Some(self.message("transactions", "rtutap.Transaction", payload));
             }
             Event::Reading { reading, address, .. } => return Some(self.reading(*address, reading)),
+            Event::Finding(finding) => return Some(self.finding(finding)),
             Event::Lost(_) | Event::Identified { .. } => {}
         }
         None
@@ -74,16 +75,20 @@ impl Messages {
         Message { topic, schema, descriptors: schema::DECODED, metadata, time, payload }
     }
 
-    /// Returns the message of a finding: `code` is its rule, `cause` when what it is about was on the wire.
-    pub fn finding(&self, level: Level, code: &str, message: &str, cause: Option<Timestamp>) -> Message {
-        let timestamp = cause.map(|time| Seconds {
-            seconds: time.as_ns().div_euclid(SECOND),
-            nanos: time.as_ns().rem_euclid(SECOND) as i32, // below 10^9
-        });
-        let log = Log { timestamp, level: level as i32, message: message.to_owned(), name: code.to_owned() };
+    fn finding(&self, finding: &Finding) -> Message {
+        let timestamp = finding.time.map(seconds);
+        let level = match finding.severity {
+            Severity::Note => Level::Info,
+            Severity::Warning => Level::Warning,
+            Severity::Error => Level::Error,
+        };
+        let address = finding.address.map_or_else(String::new, |address| format!(" at {address}"));
+        let message =
+            format!("{} ({}{address}): {}", finding.rule.name, finding.party.name(), finding.message);
+        let log = Log { timestamp, level: level as i32, message, name: finding.rule.code.to_owned() };
         Message {
             descriptors: schema::FOXGLOVE_LOG,
-            time: cause,
+            time: finding.time,
             ..self.message("findings", "foxglove.Log", log.encode_to_vec())
         }
     }
@@ -147,10 +152,27 @@ impl Messages {
     }
 }
 
+fn seconds(time: Timestamp) -> Seconds {
+    let ns = time.as_ns();
+    Seconds { seconds: ns.div_euclid(SECOND), nanos: ns.rem_euclid(SECOND) as i32 } // below 10^9
+}
+
 /// Returns the message of what somebody noted, at a time of the traffic: a line of the log on `/notes`.
 pub fn note(time: Option<Timestamp>, text: &str) -> Message {
-    let level = Level::Info;
-    Message { topic: "/notes".to_owned(), ..Messages::new("").finding(level, "note", text, time) }
+    let log = Log {
+        timestamp: time.map(seconds),
+        level: Level::Info as i32,
+        message: text.to_owned(),
+        name: "note".to_owned(),
+    };
+    Message {
+        topic: "/notes".to_owned(),
+        schema: "foxglove.Log",
+        descriptors: schema::FOXGLOVE_LOG,
+        metadata: BTreeMap::new(),
+        time,
+        payload: log.encode_to_vec(),
+    }
 }
 
 fn outcome(outcome: Outcome) -> schema::Outcome {

@@ -14,12 +14,13 @@ use std::io::Write as _;
 
 use super::words::{self, Labels, arrow, function, latency, marked_fields, write_meaning};
 use super::{Clock, Format, columns};
+use crate::analyze::verify::Finding;
 use crate::decode::frame::{Damaged, Frame};
 use crate::decode::transaction::{Outcome, Transaction};
 use crate::device::{Identified, Meaning, Profiles};
 use crate::pipeline::{Event, Lost};
 use crate::time::Timestamp;
-use style::Styles;
+pub(super) use style::Styles;
 
 /// Is the likeliest reading of a device's words, shown although the device is not known.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -179,6 +180,16 @@ impl Text {
         write!(self.line, "  {bad}! {}{bad:#}", words::lost(lost))
     }
 
+    fn finding(&mut self, finding: &Finding) -> fmt::Result {
+        self.time(finding.time, finding.frames.last().copied().unwrap_or(0));
+        self.address(finding.address);
+        let Finding { rule, severity, party, message, .. } = finding;
+        let (style, dim) = (self.styles.severity(*severity), self.styles.dim);
+        write!(self.line, "  {style}{:<7} {} {}{style:#}", severity.name(), rule.code, rule.name)?;
+        write!(self.line, " {dim}({}){dim:#} {message}", party.name())?;
+        if self.verbose { write!(self.line, "\n    {dim}{}{dim:#}", rule.help) } else { Ok(()) }
+    }
+
     fn write_row(&mut self, event: &Event<'_>) -> fmt::Result {
         match event {
             Event::Frame(frame) => {
@@ -197,7 +208,7 @@ impl Text {
             }
             Event::Lost(lost) => self.lost(lost)?,
             Event::Identified { identified, time } => self.identified(identified, *time)?,
-            Event::Transaction { transaction, meaning } => {
+            Event::Transaction { transaction, meaning, .. } => {
                 self.transaction(transaction, meaning)?;
                 if self.verbose {
                     detail::transaction(&mut self.line, &self.styles, transaction, meaning)?;
@@ -218,6 +229,7 @@ impl Text {
                     write!(self.line, "  {dim}derived{dim:#}")?;
                 }
             }
+            Event::Finding(finding) => self.finding(finding)?,
         }
         Ok(())
     }

@@ -3,11 +3,12 @@
 use std::ops::Range;
 
 use crate::analyze::filter::Filter;
+use crate::analyze::verify::Severity;
 use crate::decode::frame::Role;
 use crate::decode::pdu;
 use crate::device::Value;
 use crate::time::MILLISECOND;
-use crate::tui::store::{Exchange, Field, List, Row, Run, Severity, Store, Tone};
+use crate::tui::store::{Exchange, Field, List, Row, Run, Store, Tone};
 
 /// Is what there is to know of a row.
 #[derive(Clone, Debug, Default)]
@@ -160,8 +161,8 @@ impl Detail {
                 Severity::Warning => Tone::Warn,
                 Severity::Note => Tone::Info,
             };
-            let filter = Some(format!("finding == {}", finding.code));
-            let label = format!("{} {}", finding.code, finding.name);
+            let filter = Some(format!("finding == {}", finding.rule.code));
+            let label = format!("{} {}", finding.rule.code, finding.rule.name);
             self.line(0, &label, &finding.message, 0..0, tone, filter);
         }
     }

@@ -768,10 +768,12 @@ impl App {
 
     /// Shows the last frame of the selected finding.
     fn open_finding(&mut self) {
-        let Some(finding) = self.store.findings().list().get(self.finding) else { return };
+        let Some(found) = self.store.findings().list().get(self.finding) else { return };
+        let finding = &found.finding;
         let frame = finding.frames.last().and_then(|id| self.store.frame_row(*id));
         let Some(number) = frame else {
-            let text = format!("the frames of {} have left memory; the recording has them", finding.code);
+            let text =
+                format!("the frames of {} have left memory; the recording has them", finding.rule.code);
             return self.say(Tone::Warn, text);
         };
         self.view = View::Traffic;

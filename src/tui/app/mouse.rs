@@ -25,7 +25,8 @@ impl App {
             return None;
         }
         let at = Position { x: event.column, y: event.row };
-        if let MouseEventKind::Down(MouseButton::Left) | MouseEventKind::Drag(MouseButton::Left) = event.kind {
+        if let MouseEventKind::Down(MouseButton::Left) | MouseEventKind::Drag(MouseButton::Left) = event.kind
+        {
             let is_press = matches!(event.kind, MouseEventKind::Down(_));
             if let Some(effect) = self.seek_by_mouse(at, is_press) {
                 return Some(effect);

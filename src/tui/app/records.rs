@@ -18,8 +18,9 @@ impl App {
                 row.map(|row| RowJson::new(&self.store, row).to_string())
             }
             (View::Devices, _) => self.devices.text(&self.store),
-            (View::Findings, _) => self.store.findings().list().get(self.finding).map(|finding| {
-                format!("{} {}: {} {}", finding.code, finding.name, finding.message, finding.help)
+            (View::Findings, _) => self.store.findings().list().get(self.finding).map(|found| {
+                let (rule, message) = (found.finding.rule, &found.finding.message);
+                format!("{} {}: {message} {}", rule.code, rule.name, rule.help)
             }),
             _ => None,
         };

@@ -193,13 +193,11 @@ impl App {
         let find = |is_forward, before| Order::Find { what: Sought::Match, is_forward, before };
         let has_older = rows.first_kept() > 0;
         match action {
-            Action::Up | Action::PageUp | Action::Top if is_first && has_older => {
-                Some(match is_filtered {
-                    true => find(false, Some((list, rows.first_kept()))),
-                    false if action == Action::Top => Order::Rows(list, page),
-                    false => Order::Rows(list, rows.first_kept()),
-                })
-            }
+            Action::Up | Action::PageUp | Action::Top if is_first && has_older => Some(match is_filtered {
+                true => find(false, Some((list, rows.first_kept()))),
+                false if action == Action::Top => Order::Rows(list, page),
+                false => Order::Rows(list, rows.first_kept()),
+            }),
             Action::Down | Action::PageDown if is_last && is_filtered => Some(find(true, None)),
             Action::Down if is_last => Some(Order::Rows(list, rows.total() + 1)),
             Action::PageDown if is_last => Some(Order::Rows(list, rows.total() + page)),

@@ -16,8 +16,7 @@ impl App {
                 let filter = self.breaks_on.as_ref().or(self.filter.as_ref());
                 filter.map(Filter::to_string).unwrap_or_default()
             }
-            Ask::Search => self.search.clone().unwrap_or_default(),
-            Ask::Note | Ask::Time | Ask::Export => String::new(),
+            Ask::Search | Ask::Note | Ask::Time | Ask::Export => String::new(),
         };
         self.learn_words();
         self.prompt = Some(Prompt::new(ask, text, &self.vocabulary));
@@ -40,7 +39,7 @@ impl App {
             titles.filter(|title| !title.contains([' ', '?'])).for_each(|title| add(commands, title));
         }
         self.store.buses().iter().for_each(|bus| add(buses, &bus.name));
-        self.store.findings().list().iter().for_each(|finding| add(findings, &finding.code));
+        self.store.findings().list().iter().for_each(|found| add(findings, found.finding.rule.code));
     }
 
     /// Does what a line that was typed is for.
@@ -102,8 +101,8 @@ impl App {
             View::Traffic => self.traffic.row(&self.store).and_then(row_filter),
             View::Devices => self.devices.filter(&self.store),
             View::Findings => {
-                let finding = self.store.findings().list().get(self.finding);
-                finding.map(|finding| format!("finding == {}", finding.code))
+                let found = self.store.findings().list().get(self.finding);
+                found.map(|found| format!("finding == {}", found.finding.rule.code))
             }
             View::Health => None,
         };

@@ -49,8 +49,6 @@ pub struct Device {
     pub written: Option<Timestamp>,
     /// The last latency.
     pub latency: Option<Span>,
-    /// The latest latencies in nanoseconds, with their times.
-    pub latencies: Pages<Point>,
     /// When it was asked, the latest times.
     pub(super) polls: VecDeque<Timestamp>,
     /// What it measures, in the order in which it was first seen.
@@ -186,9 +184,7 @@ impl Device {
 
     /// Forgets all but the latest points of each series.
     pub(super) fn forget_points(&mut self, most: u64) {
-        let latest = |points: &mut Pages<Point>| points.keep(most);
-        latest(&mut self.latencies);
-        self.quantities.iter_mut().for_each(|quantity| latest(&mut quantity.history));
+        self.quantities.iter_mut().for_each(|quantity| quantity.history.keep(most));
     }
 
     /// Takes note of a request.

@@ -5,8 +5,7 @@ use std::sync::Arc;
 
 use chrono::NaiveDateTime;
 
-use super::device::{Change, Device, Point, Quantity, Register, SensorClock};
-use super::finding::Finding;
+use super::device::{Change, Device, Quantity, Register, SensorClock};
 use super::health::Health;
 use super::names::Names;
 use super::row::{Exchange, Field, Remark, RemarkKind, Row, Run, RunKind};
@@ -21,8 +20,6 @@ use crate::report::columns;
 use crate::report::words::{self, Labels};
 use crate::time::Timestamp;
 
-/// How many latencies of a device are kept.
-const MOST_LATENCIES: u64 = 2048;
 /// How far back the frames of a transaction are looked for.
 const LOOK_BACK: u64 = 4096;
 /// How many points of a series a checkpoint keeps at least.
@@ -109,12 +106,6 @@ impl Feed {
         self.remark(Remark { bus: 0, time, address: None, kind: RemarkKind::Note, text: text.into() });
     }
 
-    /// Takes a finding.
-    pub fn finding(&mut self, finding: Finding) {
-        self.store.revision += 1;
-        self.store.findings.take(finding);
-    }
-
     /// Takes an event of a bus.
     pub fn event(&mut self, bus: &str, event: &Event<'_>) {
         self.store.revision += 1;
@@ -124,7 +115,10 @@ impl Feed {
             Event::Damaged(damaged) => self.damaged(bus, damaged),
             Event::Lost(lost) => self.lost(bus, lost),
             Event::Identified { identified, time } => self.identified(bus, identified, *time),
-            Event::Transaction { transaction, meaning } => self.transaction(bus, transaction, meaning),
+            Event::Transaction { transaction, meaning, codes } => {
+                self.transaction(bus, transaction, meaning, codes);
+            }
+            Event::Finding(finding) => self.store.findings.take(bus, finding),
             // What is derived comes with its transaction.
             Event::Reading { .. } => {}
         }
@@ -322,8 +316,14 @@ impl Feed {
         self.remark(Remark { bus, time, address, kind: RemarkKind::Identified, text });
     }
 
-    fn transaction(&mut self, bus: usize, row: &Transaction<'_>, meaning: &Meaning<'_>) {
-        let exchange = self.exchange(bus, row, meaning);
+    fn transaction(
+        &mut self,
+        bus: usize,
+        row: &Transaction<'_>,
+        meaning: &Meaning<'_>,
+        codes: &[&'static str],
+    ) {
+        let exchange = Exchange { codes: codes.into(), ..self.exchange(bus, row, meaning) };
         self.held.retain(|(_, id)| !exchange.ids.contains(&Some(*id)));
         let is_bad = super::row::Tone::of(row.outcome) >= super::row::Tone::Warn;
         if let Some(health) = self.health(bus) {
@@ -383,6 +383,7 @@ impl Feed {
             title: names(&words::command(row, meaning)),
             said: said.into(),
             fields: fields(meaning, &mut names),
+            codes: Box::default(),
             ids,
             sides: ids.map(|id| frame_number(&self.store.frames, id?)),
         }
@@ -406,11 +407,7 @@ impl Feed {
         }
         device.id = exchange.device.clone().or_else(|| device.id.take());
         device.serial = serial.or_else(|| device.serial.take());
-        if let (Some(latency), Some(time)) = (row.latency, exchange.end) {
-            device.latency = Some(latency);
-            device.latencies.push(Point { time, value: latency.midpoint() as f64 });
-            device.latencies.keep(MOST_LATENCIES);
-        }
+        device.latency = row.latency.or(device.latency);
         let is_answered = matches!(row.outcome, Outcome::Answered | Outcome::Late);
         let is_write = words::is_write(row.function);
         match is_write {

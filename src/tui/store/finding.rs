@@ -3,68 +3,32 @@
 use std::sync::Arc;
 
 use super::row::Row;
-use crate::time::Timestamp;
+use crate::analyze::verify::Finding;
 
 /// How many different findings are kept.
 const MOST: usize = 2000;
 /// How many of the latest frames of one are remembered.
 const MOST_FRAMES: usize = 256;
 
-/// Says how bad a finding is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Severity {
-    /// Worth knowing.
-    Note,
-    /// Doubtful.
-    Warning,
-    /// Wrong.
-    Error,
-}
-
 /// Is something wrong with the traffic, as often as it was found.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Finding {
-    /// Of its rule, such as `D06`.
-    pub code: Arc<str>,
-    /// The rule's name.
-    pub name: Arc<str>,
-    /// How bad it is.
-    pub severity: Severity,
-    /// Who is the cause, as far as one can say: master, device, line or adapter.
-    pub party: &'static str,
+pub struct Found {
     /// Index of the bus.
     pub bus: usize,
-    /// The address it is about.
-    pub address: Option<u8>,
-    /// What was observed last.
-    pub message: Box<str>,
-    /// What it may mean, and what to check next.
-    pub help: Box<str>,
-    /// Where to read on.
-    pub reference: Box<str>,
-    /// How often.
-    pub count: u64,
-    /// When it was found first.
-    pub first: Option<Timestamp>,
-    /// When it was found last.
-    pub last: Option<Timestamp>,
-    /// The ids of the latest frames that show it, in order; one finding's frames stand together.
-    pub frames: Vec<u64>,
-    /// The bytes it is about in the last of the frames, half-open.
-    pub span: Option<(u16, u16)>,
+    /// The latest of its kind, with the count and the times of all; its frames are the latest of all, in order.
+    pub finding: Finding,
 }
 
 /// Holds what is wrong with the traffic, in the order in which it was first found.
 #[derive(Clone, Debug, Default)]
 pub struct Findings {
-    list: Vec<Arc<Finding>>,
-    /// How many single findings there were.
+    list: Vec<Arc<Found>>,
     total: u64,
 }
 
 impl Findings {
     /// Returns the findings in the order in which they were first found.
-    pub fn list(&self) -> &[Arc<Finding>] {
+    pub fn list(&self) -> &[Arc<Found>] {
         &self.list
     }
 
@@ -73,23 +37,28 @@ impl Findings {
         self.total
     }
 
-    /// Takes a finding; folds it with others of its code, bus and address.
-    pub(super) fn take(&mut self, new: Finding) {
+    /// Takes a finding; folds it with others of its kind.
+    pub(super) fn take(&mut self, bus: usize, new: &Finding) {
         self.total = self.total.saturating_add(new.count);
-        let same = |old: &Arc<Finding>| {
-            old.code == new.code && old.bus == new.bus && old.address == new.address && old.name == new.name
-        };
+        let key = |finding: &Finding| (finding.rule.code, finding.address, finding.party, finding.subject);
+        let same = |old: &Arc<Found>| old.bus == bus && key(&old.finding) == key(new);
         match self.list.iter().position(same) {
             Some(at) => {
-                let old = Arc::make_mut(&mut self.list[at]); // found there
-                old.count = old.count.saturating_add(new.count);
-                (old.last, old.message, old.span) = (new.last, new.message, new.span);
-                old.severity = old.severity.max(new.severity);
-                old.frames.extend(new.frames);
-                let surplus = old.frames.len().saturating_sub(MOST_FRAMES);
-                old.frames.drain(..surplus);
+                let old = &mut Arc::make_mut(&mut self.list[at]).finding; // found there
+                let mut frames = std::mem::take(&mut old.frames);
+                frames.extend(&new.frames);
+                let surplus = frames.len().saturating_sub(MOST_FRAMES);
+                frames.drain(..surplus);
+                frames.sort_unstable();
+                *old = Finding {
+                    frames,
+                    count: old.count.saturating_add(new.count),
+                    first: old.first.or(new.first),
+                    severity: old.severity.max(new.severity),
+                    ..new.clone()
+                };
             }
-            None if self.list.len() < MOST => self.list.push(Arc::new(new)),
+            None if self.list.len() < MOST => self.list.push(Arc::new(Found { bus, finding: new.clone() })),
             None => {}
         }
     }
@@ -103,6 +72,6 @@ impl Findings {
         };
         let shows =
             move |finding: &&Finding| ids.iter().flatten().any(|id| finding.frames.binary_search(id).is_ok());
-        self.list.iter().map(|finding| &**finding).filter(shows)
+        self.list.iter().map(|found| &found.finding).filter(shows)
     }
 }

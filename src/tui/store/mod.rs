@@ -22,7 +22,7 @@ use std::sync::Arc;
 
 pub use device::{Change, Device, Point, Quantity, Register, SensorClock, Setting};
 pub use feed::{BusFacts, Feed};
-pub use finding::{Finding, Findings, Severity};
+pub use finding::{Findings, Found};
 pub use health::{Health, Histogram, Second};
 pub use json::RowJson;
 pub use pages::Pages;

@@ -139,10 +139,10 @@ mod tests {
     #[test]
     fn what_is_forgotten_to_the_element_leaves_the_rest_in_place() {
         let mut pages = Pages::default();
-        (0..1000).for_each(|value| drop(pages.push(value)));
+        (0..1000).for_each(|value| _ = pages.push(value));
         pages.forget_before(990);
         assert_eq!((pages.kept(), pages.get(989), pages.get(990)), (990..1000, None, Some(&990)));
-        (1000..3000).for_each(|value| drop(pages.push(value)));
+        (1000..3000).for_each(|value| _ = pages.push(value));
         assert!((990..3000).all(|number| pages.get(number) == Some(&(number as i32))));
         pages.forget_before(u64::MAX);
         assert!(pages.is_empty() && pages.push(3000) == 3000);

@@ -61,6 +61,8 @@ pub struct Exchange {
     pub said: Box<str>,
     /// The decoded fields, request first, then those derived from them.
     pub fields: Box<[Field]>,
+    /// The codes of the findings that it proved.
+    pub codes: Box<[&'static str]>,
     /// The ids of request and response.
     pub ids: [Option<u64>; 2],
     /// The numbers of their rows in the list of frames.

@@ -151,7 +151,12 @@ impl Subject for RowSubject<'_> {
     }
 
     fn any_finding(&self, test: &mut dyn FnMut(&str) -> bool) -> bool {
-        self.store.findings().of_row(self.row).any(|finding| test(&finding.code))
+        if let Some(exchange) = self.exchange()
+            && exchange.codes.iter().any(|code| test(code))
+        {
+            return true;
+        }
+        self.store.findings().of_row(self.row).any(|finding| test(finding.rule.code))
     }
 
     fn any_bytes(&self, test: &mut dyn FnMut(&[u8]) -> bool) -> bool {

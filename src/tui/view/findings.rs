@@ -10,8 +10,9 @@
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 
+use crate::analyze::verify::{Finding, Severity};
 use crate::tui::app::App;
-use crate::tui::store::{Finding, Severity, Tone};
+use crate::tui::store::Tone;
 use crate::tui::theme::glyph;
 use crate::tui::widget::columns::{Spec, fit};
 use crate::tui::widget::text::{put, put_right, shade, thousands, wrap};
@@ -29,7 +30,7 @@ pub(super) fn draw(app: &App, area: Rect, buffer: &mut Buffer) {
     }
     let spec = |width, extra, leaves| Spec { width, extra, leaves };
     let specs =
-        [spec(4, 0, 0), spec(20, 0, 3), spec(4, 0, 1), spec(7, 0, 2), spec(12, 0, 5), spec(14, u16::MAX, 0)];
+        [spec(4, 0, 0), spec(22, 0, 3), spec(4, 0, 1), spec(7, 0, 2), spec(12, 0, 5), spec(14, u16::MAX, 0)];
     let columns = fit(&specs, area.width.saturating_sub(2));
     let titles = ["CODE", "NAME", "ADDR", "COUNT", "LAST", "OBSERVED"];
     let (height, _) = heights(area.height);
@@ -47,19 +48,19 @@ pub(super) fn draw(app: &App, area: Rect, buffer: &mut Buffer) {
             _ => drop(put(buffer, cell, cell.x, area.y, titles[column.at], app.theme.dim)),
         }
     }
-    for (y, (index, finding)) in (area.y + 1..area.y + 1 + height).zip(findings.iter().enumerate().skip(top))
-    {
+    for (y, (index, found)) in (area.y + 1..area.y + 1 + height).zip(findings.iter().enumerate().skip(top)) {
+        let finding = &found.finding;
         let tone = tone(finding.severity);
         put(buffer, area, area.x, y, glyph(tone), app.theme.tone(tone));
         for column in &columns {
             let cell = at(column, y);
             let (text, style) = match column.at {
-                0 => (finding.code.to_string(), app.theme.tone(tone)),
-                1 => (finding.name.to_string(), app.theme.text),
+                0 => (finding.rule.code.to_owned(), app.theme.tone(tone)),
+                1 => (finding.rule.name.to_owned(), app.theme.text),
                 2 => (finding.address.map_or_else(String::new, |at| at.to_string()), app.theme.strong),
                 3 => (thousands(finding.count), app.theme.text),
                 4 => (finding.last.map_or_else(String::new, |last| app.clock().of_day(last)), app.theme.dim),
-                _ => (finding.message.to_string(), app.theme.text),
+                _ => (finding.message.clone(), app.theme.text),
             };
             match column.at {
                 2 | 3 => drop(put_right(buffer, cell, y, &text, style)),
@@ -70,8 +71,8 @@ pub(super) fn draw(app: &App, area: Rect, buffer: &mut Buffer) {
             shade(buffer, area, y, app.theme.selected);
         }
     }
-    if let Some(finding) = findings.get(app.finding) {
-        explain(app, finding, area, buffer);
+    if let Some(found) = findings.get(app.finding) {
+        explain(app, &found.finding, area, buffer);
     }
 }
 
@@ -91,11 +92,12 @@ fn explain(app: &App, finding: &Finding, area: Rect, buffer: &mut Buffer) {
     let top = area.bottom() - below;
     put(buffer, area, area.x, top, &"─".repeat(usize::from(area.width)), app.theme.rule);
     let columns = usize::from(area.width.saturating_sub(2));
-    let party = format!("{}: {}", finding.party, finding.message);
+    let party = format!("{}: {}", finding.party.name(), finding.message);
     let mut lines: Vec<(String, _)> = Vec::new();
     lines.extend(wrap(&party, columns).into_iter().map(|line| (line, app.theme.strong)));
-    lines.extend(wrap(&finding.help, columns).into_iter().map(|line| (line, app.theme.text)));
-    lines.extend(wrap(&finding.reference, columns).into_iter().map(|line| (line, app.theme.dim)));
+    lines.extend(wrap(finding.rule.help, columns).into_iter().map(|line| (line, app.theme.text)));
+    lines.extend(wrap(finding.rule.explanation, columns).into_iter().map(|line| (line, app.theme.dim)));
+    lines.extend(wrap(finding.rule.reference, columns).into_iter().map(|line| (line, app.theme.dim)));
     for (y, (line, style)) in (top + 1..area.bottom()).zip(lines) {
         put(buffer, area, area.x + 1, y, &line, style);
     }

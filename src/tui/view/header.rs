@@ -7,10 +7,11 @@
 use ratatui::buffer::Buffer;
 use ratatui::style::Style;
 
+use crate::analyze::verify::Severity;
 use crate::time::SECOND;
 use crate::tui::app::{App, View};
 use crate::tui::layout::Regions;
-use crate::tui::store::{List, Severity};
+use crate::tui::store::List;
 use crate::tui::widget::text::{age, put, put_right, thousands, width};
 
 pub(super) fn draw(app: &App, regions: &Regions, buffer: &mut Buffer) {
@@ -27,7 +28,7 @@ pub(super) fn draw(app: &App, regions: &Regions, buffer: &mut Buffer) {
         end = put(buffer, area, tab.x, area.y, &title, style);
     }
     let found = app.newest().findings().list();
-    if let Some(worst) = found.iter().map(|finding| finding.severity).max() {
+    if let Some(worst) = found.iter().map(|found| found.finding.severity).max() {
         let style = match worst {
             Severity::Error => theme.bad,
             Severity::Warning => theme.warn,

@@ -148,38 +148,50 @@ fn status(app: &App, replay: &Replay, area: Rect, buffer: &mut Buffer) {
     if let Some(time) = replay.time() {
         x = put(buffer, area, x, area.y, &app.clock().of_day(time), theme.strong) + 2;
     }
-    let known = known(app, replay, timeline);
     let of = format!("{} of {}", duration(replay.playhead), duration(timeline.end()));
-    let room = usize::from(area.right().saturating_sub(x));
-    // Where both do not fit, what it is on the way to matters more than how far it is.
-    if width(&of) <= room && (replay.way.is_none() || room >= width(&of) + width(&known) + 3) {
-        x = put(buffer, area, x, area.y, &of, theme.dim) + 2;
+    let rest = Rect { width: area.width.saturating_sub(1), ..area };
+    if let Some(way) = way(replay) {
+        // Where both do not fit, what it is on the way to matters more than how far it is.
+        if usize::from(rest.right().saturating_sub(x)) > width(&of) + width(&way) + 2 {
+            put(buffer, area, x, area.y, &of, theme.dim);
+        }
+        put_right(buffer, rest, area.y, &way, theme.accent);
+        return;
     }
-    if usize::from(area.right().saturating_sub(x)) > width(&known) {
-        let style = if replay.way.is_some() { theme.accent } else { theme.dim };
-        let rest = Rect { width: area.width.saturating_sub(1), ..area };
-        put_right(buffer, rest, area.y, &known, style);
+    x = put(buffer, area, x, area.y, &of, theme.dim) + 2;
+    let mut parts = known(timeline);
+    while parts.iter().map(|part| width(part) + 3).sum::<usize>()
+        > usize::from(rest.right().saturating_sub(x))
+    {
+        parts.pop();
     }
+    put_right(buffer, rest, area.y, &parts.join(" · "), theme.dim);
 }
 
-/// Says what the player is on the way to, or how far the recording is known.
-fn known(app: &App, replay: &Replay, timeline: &Timeline) -> String {
-    let percent = |share: f64| format!("{:.0} %", (share * 100.0).clamp(0.0, 100.0).floor());
-    if let Some((way, share)) = &replay.way {
-        let to = match way {
-            Way::Place(place) => timeline
-                .time(*place)
-                .map_or_else(|| duration(*place), |time| app.clock().of_day(time).trim().to_owned()),
-            Way::Rows => return "going there".to_owned(),
-            Way::End => "the end".to_owned(),
-            Way::Find(what, is_forward) => {
-                let which = if *is_forward { "next" } else { "last" };
-                return format!("looking for the {which} {}", what.name());
-            }
-        };
-        return format!("→ {to} {}", percent(*share));
-    }
+fn percent(share: f64) -> String {
+    format!("{:.0} %", (share * 100.0).clamp(0.0, 100.0).floor())
+}
+
+/// Says what the player is on the way to.
+fn way(replay: &Replay) -> Option<String> {
+    let (way, share) = replay.way.as_ref()?;
+    Some(match way {
+        Way::Place(place) => format!("→ {} {}", duration(*place), percent(*share)),
+        Way::Rows => "→ …".to_owned(),
+        Way::End => format!("→ the end {}", percent(*share)),
+        Way::Find(what, true) => format!("→ next {}", what.name()),
+        Way::Find(what, false) => format!("→ last {}", what.name()),
+    })
+}
+
+/// Says how far the recording is known, and what is in it, what matters most first.
+fn known(timeline: &Timeline) -> Vec<String> {
     let mut parts = Vec::new();
+    match (timeline.is_growing, timeline.is_complete) {
+        (true, _) => parts.push("still written".to_owned()),
+        (false, false) => parts.push(format!("decoded {}", percent(timeline.share))),
+        (false, true) => {}
+    }
     if let Some((hits, until)) = &timeline.hits {
         let share = *until as f64 / timeline.end().max(1) as f64;
         let far = if share < 1.0 { format!(" in {}", percent(share)) } else { String::new() };
@@ -192,12 +204,7 @@ fn known(app: &App, replay: &Replay, timeline: &Timeline) -> String {
     };
     parts.extend(count(Sought::Error, "error"));
     parts.extend(count(Sought::Finding, "finding"));
-    match (timeline.is_growing, timeline.is_complete) {
-        (true, _) => parts.push("still written".to_owned()),
-        (false, false) => parts.push(format!("decoded {}", percent(timeline.share))),
-        (false, true) => {}
-    }
-    parts.join(" · ")
+    parts
 }
 
 /// Writes a length of time as `0:05:12`, with days where there are.

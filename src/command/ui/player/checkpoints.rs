@@ -49,7 +49,11 @@ impl<'a> Checkpoints<'a> {
     }
 
     /// Returns the last one for which something holds that holds for all before it, or `back` before that.
-    pub(super) fn last(&self, back: usize, is_before: impl Fn(&Decoder<'a>) -> bool) -> Option<Arc<Checkpoint<'a>>> {
+    pub(super) fn last(
+        &self,
+        back: usize,
+        is_before: impl Fn(&Decoder<'a>) -> bool,
+    ) -> Option<Arc<Checkpoint<'a>>> {
         let count = self.list.partition_point(|checkpoint| is_before(&checkpoint.decoder));
         let at = count.checked_sub(1)?.saturating_sub(back);
         self.list.get(at).cloned()

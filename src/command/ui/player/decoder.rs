@@ -127,14 +127,23 @@ impl<'a> Decoder<'a> {
     ///
     /// # Errors
     /// None that reading has not had before.
-    pub(super) fn take(&mut self, item: &Item<'_>, line: LineSettings, hold_ns: Option<i64>) -> Result<(), Failure> {
+    pub(super) fn take(
+        &mut self,
+        item: &Item<'_>,
+        line: LineSettings,
+        hold_ns: Option<i64>,
+    ) -> Result<(), Failure> {
         let mut sink = Into(&mut self.feed);
         let time = time_of(item);
         if let Item::Chunk { bus, .. } | Item::Lost { bus, .. } | Item::Silence { bus, .. } = *item
             && !self.session.has(bus)
         {
-            let settings =
-                BusSettings { name: bus.to_owned(), line, adapter_hold_ns: hold_ns, ..BusSettings::default() };
+            let settings = BusSettings {
+                name: bus.to_owned(),
+                line,
+                adapter_hold_ns: hold_ns,
+                ..BusSettings::default()
+            };
             self.session.begin(settings, &mut sink)?;
         }
         self.reached.origin = self.reached.origin.or(time);

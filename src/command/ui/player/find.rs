@@ -24,7 +24,12 @@ pub(super) struct Find {
 
 impl Find {
     /// Begins where the playhead is.
-    pub(super) fn new(what: Sought, is_forward: bool, before: Option<(List, u64)>, head: &Head<'_, '_>) -> Self {
+    pub(super) fn new(
+        what: Sought,
+        is_forward: bool,
+        before: Option<(List, u64)>,
+        head: &Head<'_, '_>,
+    ) -> Self {
         let from = head.decoder.reached();
         Find { what, is_forward, before, from, stretch: None, latest: None, until: from.elapsed_ns }
     }

@@ -88,7 +88,12 @@ pub(super) struct Head<'a, 's> {
 
 impl<'a, 's> Head<'a, 's> {
     /// Begins before the first item, on the way to the first rows.
-    pub(super) fn new(reel: Reel<'s>, decoder: Decoder<'a>, shared: &'s Shared<'a>, line: LineSettings) -> Self {
+    pub(super) fn new(
+        reel: Reel<'s>,
+        decoder: Decoder<'a>,
+        shared: &'s Shared<'a>,
+        line: LineSettings,
+    ) -> Self {
         let hold_ns = reel.input().adapter_hold_ns();
         Head {
             reel,

@@ -46,7 +46,8 @@ impl Tracks {
     fn open(&self, path: &Path) -> Result<Input, InputError> {
         let opened = Input::open(path, self.format).or_else(|error| {
             // What was being written has its name by now.
-            let finished = path.extension().filter(|extension| *extension == "part").map(|_| path.with_extension(""));
+            let finished =
+                path.extension().filter(|extension| *extension == "part").map(|_| path.with_extension(""));
             finished.map_or(Err(error), |path| Input::open(&path, self.format))
         });
         let mut input = opened?;

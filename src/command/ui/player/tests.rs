@@ -51,7 +51,7 @@ struct Stage {
 
 impl Stage {
     fn new(paths: Vec<PathBuf>, follows: bool) -> Self {
-        let setup = Setup::new(crate::device::Profiles::built_in().into());
+        let setup = Setup { findings: true, ..Setup::new(crate::device::Profiles::built_in().into()) };
         Stage { setup, tracks: Tracks::new(paths, None, None, follows) }
     }
 
@@ -120,7 +120,6 @@ fn told(store: &Store, from: [u64; 2]) -> String {
     }
     for device in store.devices() {
         let mut device = (**device).clone();
-        device.latencies = Default::default();
         device.quantities.iter_mut().for_each(|quantity| quantity.history = Default::default());
         text.push_str(&format!("{device:?}\n"));
     }
@@ -317,9 +316,11 @@ fn a_filter_is_looked_for_in_all_of_the_recording() {
     decoder.filter = Some(filter.clone().into());
     look(&stage.tracks, decoder, &shared, stage.line(), number).expect("a recording");
     let all = stage.run(|_, _| false);
-    let passing = all.store().list(List::Exchanges).iter().filter(|row| {
-        filter.matches(&crate::tui::store::RowSubject::new(all.store(), row))
-    });
+    let passing = all
+        .store()
+        .list(List::Exchanges)
+        .iter()
+        .filter(|row| filter.matches(&crate::tui::store::RowSubject::new(all.store(), row)));
     let hits = shared.lock().timeline.hits.clone().expect("hits").0;
     let count = passing.count() as u64;
     assert!(count > 3);
