@@ -2,6 +2,7 @@
 #![cfg(unix)]
 
 use std::io::{Read, Write};
+use std::num::NonZeroU16;
 use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
@@ -27,7 +28,8 @@ struct Program {
 
 impl Program {
     fn start(arguments: &[&str]) -> Program {
-        let size = PtySize { rows: 24, cols: 100, pixel_width: 0, pixel_height: 0 };
+        let (lines, columns) = (NonZeroU16::new(24).expect("lines"), NonZeroU16::new(100).expect("columns"));
+        let size = PtySize { rows: lines.get(), cols: columns.get(), pixel_width: 0, pixel_height: 0 };
         let pty = native_pty_system().openpty(size).expect("a pty");
         let mut command = CommandBuilder::new(cargo_bin("rtutap"));
         command.args(arguments);
@@ -38,6 +40,7 @@ impl Program {
         let mut reader = pty.master.try_clone_reader().expect("its output");
         let keys = pty.master.take_writer().expect("its input");
         let (sender, output) = channel();
+        #[expect(clippy::disallowed_methods, reason = "reading waits, the test does not")]
         std::thread::spawn(move || {
             let mut block = [0; 4096];
             while let Ok(read @ 1..) = reader.read(&mut block) {
@@ -46,7 +49,7 @@ impl Program {
                 }
             }
         });
-        Program { _master: pty.master, child, keys, output, screen: vt100::Parser::new(24, 100, 0) }
+        Program { _master: pty.master, child, keys, output, screen: vt100::Parser::new(lines, columns, 0) }
     }
 
     fn press(&mut self, keys: &str) {

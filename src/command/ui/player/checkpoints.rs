@@ -77,6 +77,8 @@ impl<'a> Checkpoints<'a> {
 pub(super) struct Known<'a> {
     pub(super) checkpoints: Checkpoints<'a>,
     pub(super) timeline: Timeline,
+    /// Counts changes of the timeline.
+    pub(super) version: u64,
     /// Counts filters: who looks for an earlier one stops.
     pub(super) look: u64,
     /// Whether everybody is to stop.
@@ -87,6 +89,7 @@ impl Known<'_> {
     /// Begins to look for another filter, or for none; returns its number.
     pub(super) fn begin_look(&mut self, has_filter: bool) -> u64 {
         self.look += 1;
+        self.version += 1;
         self.timeline.hits = has_filter.then(Default::default);
         self.look
     }

@@ -12,7 +12,7 @@ use crate::line::LineSettings;
 use crate::time::{SECOND, Timestamp};
 use crate::tui::app::replay::{Order, Replay, SPEEDS, Way};
 use crate::tui::store::{List, Store};
-use crate::tui::timeline::{Bucket, Series, Sought};
+use crate::tui::timeline::{Bucket, Series, Sought, Timeline};
 
 /// How far playing may fall behind before it takes its time, in nanoseconds.
 const BEHIND: i64 = SECOND / 2;
@@ -84,6 +84,9 @@ pub(super) struct Head<'a, 's> {
     change: Change,
     /// What to say.
     said: Option<String>,
+    /// The timeline as it was told last, with its version.
+    timeline: (u64, Arc<Timeline>),
+    told: Option<Replay>,
 }
 
 impl<'a, 's> Head<'a, 's> {
@@ -112,6 +115,8 @@ impl<'a, 's> Head<'a, 's> {
             is_at_end: false,
             change: Change::None,
             said: None,
+            timeline: (u64::MAX, Arc::default()),
+            told: None,
         }
     }
 
@@ -400,9 +405,28 @@ impl<'a, 's> Head<'a, 's> {
         }
     }
 
+    /// Returns the state as it is to be shown, if that is not what was told last.
+    pub(super) fn take_state(&mut self) -> Option<Replay> {
+        let state = self.state();
+        let is_same = self.told.as_ref().is_some_and(|told| {
+            let same_timeline = Arc::ptr_eq(&told.timeline, &state.timeline);
+            same_timeline
+                && (told.playhead, told.is_playing, told.speed, told.is_at_end, told.way)
+                    == (state.playhead, state.is_playing, state.speed, state.is_at_end, state.way)
+        });
+        self.told = Some(state.clone());
+        (!is_same).then_some(state)
+    }
+
     /// Returns the state as it is shown.
-    pub(super) fn state(&self) -> Replay {
-        let timeline = Arc::new(self.shared.lock().timeline.clone());
+    pub(super) fn state(&mut self) -> Replay {
+        {
+            let known = self.shared.lock();
+            if known.version != self.timeline.0 {
+                self.timeline = (known.version, Arc::new(known.timeline.clone()));
+            }
+        }
+        let timeline = Arc::clone(&self.timeline.1);
         let here = self.decoder.reached().elapsed_ns;
         let share = |to: i64| (here - self.begun) as f64 / (to - self.begun).max(1) as f64;
         let way = self.goal.as_ref().map(|goal| match goal {

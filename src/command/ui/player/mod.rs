@@ -18,6 +18,7 @@ mod head;
 mod reel;
 mod scan;
 #[cfg(test)]
+#[expect(clippy::disallowed_methods, reason = "recordings are files")]
 mod tests;
 
 use std::path::PathBuf;
@@ -212,7 +213,9 @@ fn start<'scope>(
 
 /// Shows what has changed.
 fn show(head: &mut Head<'_, '_>, teller: &Teller) {
-    teller.tell(Word::Replay(Box::new(head.state())));
+    if let Some(state) = head.take_state() {
+        teller.tell(Word::Replay(Box::new(state)));
+    }
     if let Some((change, store)) = head.take_change() {
         match change {
             Change::Replaced => teller.replace(store),

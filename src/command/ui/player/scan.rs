@@ -99,6 +99,7 @@ pub(super) fn scan<'a>(
     publish(&mut pass);
     let mut known = shared.lock();
     (known.timeline.is_complete, known.timeline.is_growing) = (true, false);
+    known.version += 1;
     if result.is_ok() {
         known.timeline.share = 1.0;
     }
@@ -109,6 +110,7 @@ pub(super) fn scan<'a>(
 fn publish(pass: &mut Pass<'_, '_>) -> bool {
     let reached = pass.decoder.reached();
     let mut known = pass.shared.lock();
+    known.version += 1;
     let timeline = &mut known.timeline;
     timeline.origin = reached.origin;
     timeline.events.clone_from(&pass.series);
@@ -133,6 +135,7 @@ pub(super) fn look<'a>(
         let mut known = pass.shared.lock();
         let is_wanted = known.look == number && !known.is_over;
         if is_wanted {
+            known.version += 1;
             known.timeline.hits = Some((pass.series.clone(), pass.decoder.reached().elapsed_ns));
         }
         is_wanted
