@@ -91,7 +91,7 @@ pub enum Command {
     /// List the serial ports, with adapter, driver, latency timer, and who may open them
     #[command(after_help = PORTS_EXAMPLES)]
     Ports(Ports),
-    /// List, show and check the profiles of devices
+    /// List, show, check and draft the profiles of devices
     Profiles(Profiles),
     /// Print what makes a shell complete rtutap's options
     #[command(after_help = COMPLETIONS_EXAMPLES)]
@@ -109,8 +109,20 @@ is one read, such as
   2026-01-01T00:00:00.123456Z > 01 03 26 00 00 04 4f 41   # a comment
   1767225600.141 0x01,0x03,0x08
 
-with a time (RFC 3339, or seconds with a decimal point) or without. A comment '# line 19200-8E1'
-before the first byte gives the line settings. Raw bytes and lines without times have no times.
+with a time (RFC 3339, or seconds with a decimal point) or without, which says when the last byte of the line
+had been received. A comment '# line 19200-8E1' before the first byte gives the line settings. Raw bytes and
+lines without times have no times, and so no latencies.
+
+A table is CSV with a header that names a time column (time, start_time or timestamp, with a unit as in
+'Time [ms]', else in seconds) and a byte column (data, value or byte, in hexadecimal). A time is that of the start
+bit. This makes one of what sigrok-cli prints, here for 1 MHz:
+
+  sigrok-cli -i bus.sr -P uart:rx=D0:baudrate=9600 -A uart=rx-data --protocol-decoder-samplenum |
+    awk -v rate=1000000 -F'[-: ]+' 'BEGIN { print \"time,data\" } { printf \"%.9f,0x%s\\n\", $1 / rate, $NF }' |
+    rtutap decode -
+
+JSON lines have every key in every row; what is not known is null. Times are nanoseconds since the Unix epoch, bytes
+lower-case hex, and a value that was a float on the wire is the shortest decimal that reads back to it.
 
 Examples:
   rtutap decode capture.hex --filter 'addr == 1 && temperature > 20'
@@ -343,7 +355,7 @@ pub struct Completions {
 /// Names what can be done with profiles.
 #[derive(Debug, Subcommand)]
 pub enum ProfileAction {
-    /// List the profiles built in
+    /// List the profiles built in, with manual, source and confidence
     List,
     /// Show the commands and fields of a profile
     Show {
@@ -355,6 +367,34 @@ pub enum ProfileAction {
         /// A TOML file
         file: PathBuf,
     },
+    /// Draft the profile of an unknown device from a recording
+    #[command(after_help = NEW_PROFILE_EXAMPLES)]
+    New(NewProfile),
+}
+
+const NEW_PROFILE_EXAMPLES: &str = "\
+The draft holds what the device accepted: functions, registers, quantities. The types of values are guessed, each
+with its evidence as a comment; the longer the recording, the better. Names, units and meanings are left to you.
+
+Examples:
+  rtutap profiles new capture.mcap -o mine.toml
+  rtutap profiles new capture.mcap --address 5
+  rtutap decode capture.mcap --profile mine.toml --device 5=unknown-5";
+
+/// Holds what `profiles new` is asked for.
+#[derive(Debug, Args)]
+pub struct NewProfile {
+    /// Where the bytes come from, and how to read them.
+    #[command(flatten)]
+    pub bus: Bus,
+
+    /// Where to write the profile; without it, and with '-', standard output
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+
+    /// The device's address, 1 to 247; without it, that of the only unknown device
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=247))]
+    pub address: Option<u8>,
 }
 
 /// Names the kinds of rows.

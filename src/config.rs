@@ -12,14 +12,13 @@ use etcetera::BaseStrategy;
 
 use crate::analyze::verify::Severity;
 use crate::cli::{self, Assignment, Command, FailOn, Nanoseconds, RowFormat, ShowKind, TimeKind};
-use crate::line::LineSettings;
 use crate::section::{self, Located, Problem, Section};
 
 /// Holds what a configuration file says; what it does not say is `None` or empty.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Config {
     /// Speed and character format.
-    pub line: Option<LineSettings>,
+    pub line: Option<cli::Line>,
     /// The longest time the adapter keeps a byte back.
     pub adapter_hold: Option<Nanoseconds>,
     /// What device is at which address.
@@ -142,7 +141,7 @@ impl Config {
                 args.fail_on = args.fail_on.or(self.fail_on);
                 args.ignore.extend(self.ignore.iter().cloned());
                 args.severities.clone_from(&self.severities);
-                args.line = args.line.or(self.line.map(cli::Line::Is));
+                args.line = args.line.or(self.line);
                 args.adapter_hold = args.adapter_hold.or(self.adapter_hold);
                 self.complete_equipment(&mut args.equipment);
             }
@@ -152,6 +151,9 @@ impl Config {
             }
             Command::Export(args) => {
                 args.time = args.time.or(self.time);
+                self.complete_bus(&mut args.bus);
+            }
+            Command::Profiles(cli::Profiles { action: Some(cli::ProfileAction::New(args)) }) => {
                 self.complete_bus(&mut args.bus);
             }
             _ => {}
@@ -167,13 +169,17 @@ impl Config {
     }
 
     fn complete_bus(self, bus: &mut cli::Bus) {
-        bus.line = bus.line.or(self.line);
+        // A recording was made with some settings: there is nothing to find.
+        bus.line = bus.line.or(match self.line {
+            Some(cli::Line::Is(line)) => Some(line),
+            Some(cli::Line::Auto) | None => None,
+        });
         bus.adapter_hold = bus.adapter_hold.or(self.adapter_hold);
         self.complete_equipment(&mut bus.equipment);
     }
 
     fn complete_live(self, live: &mut cli::Live) {
-        live.line = live.line.or(self.line.map(cli::Line::Is));
+        live.line = live.line.or(self.line);
         live.adapter_hold = live.adapter_hold.or(self.adapter_hold);
         self.complete_equipment(&mut live.equipment);
     }
@@ -274,6 +280,7 @@ fn choice<T: ValueEnum>(section: &Section<'_>, key: &str, word: Located<&str>) -
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::line::LineSettings;
 
     const SAMPLE: &str = include_str!("../config.sample.toml");
 
@@ -287,7 +294,7 @@ mod tests {
             })
             .collect();
         let config = Config::from_toml(&text).expect("good");
-        assert_eq!(config.line, Some(LineSettings::default()));
+        assert_eq!(config.line, Some(cli::Line::Is(LineSettings::default())));
         assert_eq!(config.adapter_hold, Some(Nanoseconds(16_000_000)));
         assert_eq!(config.devices, [Assignment { address: 3, device: "yosemitech-do".into() }]);
         assert_eq!(config.profiles, [PathBuf::from("my-device.toml")]);

@@ -1,7 +1,7 @@
 //! Decode, device and analyze joined: the bytes of a bus go in, events come out.
 //!
-//! Time is chunk time: [`Pipeline::handle_bytes`] first fires every deadline up to its chunk's read time, so that a
-//! live bus and its recording decide alike.
+//! Time is chunk time: [`Pipeline::handle_bytes`] first fires every deadline up to when the first of its bytes was
+//! there at the latest, so that a live bus and its recording decide alike.
 
 use std::sync::Arc;
 
@@ -191,7 +191,7 @@ impl Pipeline {
     /// Takes in the bytes of one read, with its times and line errors; fires the deadlines before it first.
     pub fn handle_bytes(&mut self, chunk: &Chunk<'_>) {
         let is_timed = matches!(chunk.time, ReadTime::At(_));
-        match self.framer.stamper().silent_until(chunk.time) {
+        match self.framer.stamper().silent_until(chunk.time, chunk.bytes.len()) {
             Some(until) if until >= self.quiet_until || !is_timed => self.handle_timeout(until),
             _ => self.pump(),
         }
@@ -373,8 +373,9 @@ impl Pipeline {
             Some(_) => {
                 // So late that only pairing can tell.
                 self.adopt();
+                let gap_before = self.gap_before(offset, part.time);
                 let item = Asked { part, readings, confidence, at }.item(self.framer.store());
-                self.pair(item, &readings);
+                self.pair(Item { gap_before, ..item }, &readings);
             }
             None => {
                 self.asked = Some(Asked { part, readings, confidence, at });

@@ -109,7 +109,7 @@ fn most_undecided(reads: &[Read]) -> u64 {
     };
     let mut most = 0;
     for read in reads {
-        if let Some(now) = framer.stamper().silent_until(read.time) {
+        if let Some(now) = framer.stamper().silent_until(read.time, read.bytes.len()) {
             framer.expire(now);
             take(&mut framer);
         }
@@ -126,10 +126,14 @@ fn decode_with(
     mut timeouts: impl FnMut(&mut Pipeline, Timestamp, &mut Vec<String>),
 ) -> Vec<String> {
     let mut rows = Vec::new();
-    let mut now = Timestamp::MIN;
+    let (mut now, mut last) = (Timestamp::MIN, Timestamp::MIN);
+    let character = LineSettings::default().character_ns();
     for read in reads {
         if let ReadTime::At(time) = read.time {
-            now = now.max(time); // a time that goes back is taken as the one before
+            // It was silent until the first byte; a time that goes back is taken as the one before.
+            let first = time - character.saturating_mul(read.bytes.len().saturating_sub(1) as i64);
+            now = now.max(first).max(last);
+            last = last.max(time);
             timeouts(&mut pipeline, now, &mut rows);
         }
         feed(&mut pipeline, read);

@@ -67,7 +67,7 @@ struct Report {
 impl Report {
     fn new(line: LineSettings) -> Self {
         let mut info = Info::default();
-        info.begin(line);
+        info.begin("bus0", line);
         let clock = Clock::new(TimeStyle::Utc);
         let text = Text::new(clock, true, true, &PROFILES);
         let csv = Csv::new(Show::Transactions, Clock::new(TimeStyle::Relative));

@@ -34,6 +34,9 @@ pub enum InputError {
     /// It holds no byte of a bus.
     #[error("'{0}' is empty: there is not a byte in it")]
     Empty(String),
+    /// It is a recording in MCAP that can be read from end to end, but has no byte of a bus.
+    #[error("'{0}' is a recording, but there is not a byte of a bus in it")]
+    Silent(String),
     /// It is a recording in MCAP of which no byte of a bus can be read.
     #[error("no byte of a bus can be read from '{name}': at byte {} {}", .damage.offset, .damage.cause)]
     Lost {
@@ -72,6 +75,7 @@ impl InputError {
             InputError::Directory(_) => "name the recordings in it, such as DIRECTORY/*",
             InputError::Foreign { has, .. } => return format!("it has {has}"),
             InputError::Empty(_) => "check that the recording was written; comments and times alone are none",
+            InputError::Silent(_) => "nothing was received while it was made, or what was is lost",
             InputError::Lost { .. } => "look for another copy; 'rtutap recover' finds no more than this",
             InputError::Hex { error, .. } => error.hint(),
             InputError::Malformed { error, .. } => error.hint,

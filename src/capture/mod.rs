@@ -21,7 +21,7 @@ use std::fs::File;
 use std::io;
 use std::path::Path;
 
-use self::mcap::{Facts, Recording};
+use self::mcap::{BusSettings, Facts, Recording};
 use crate::decode::chunk::{Chunk, Lost};
 use crate::line::LineSettings;
 use crate::time::Timestamp;
@@ -59,14 +59,7 @@ pub enum InputFormat {
 #[derive(Clone, Copy, Debug)]
 pub enum Item<'a> {
     /// The settings of a bus from here on; decoding starts afresh.
-    Line {
-        /// The bus.
-        bus: &'a str,
-        /// Speed and character format.
-        line: LineSettings,
-        /// The longest time the adapter keeps a byte back, in nanoseconds; `None` when not known.
-        adapter_hold_ns: Option<i64>,
-    },
+    Line(&'a BusSettings),
     /// The bytes of one read.
     Chunk {
         /// The bus.
@@ -90,6 +83,24 @@ pub enum Item<'a> {
         /// The time of the poll that came back empty.
         until: Timestamp,
     },
+    /// What both clocks of the host showed, beside the anchor that a session begins with.
+    Clock {
+        /// The monotonic clock, in nanoseconds.
+        monotonic_ns: u64,
+        /// The wall clock.
+        realtime: Timestamp,
+    },
+}
+
+impl<'a> Item<'a> {
+    /// Returns the bus it is about; clocks are about none.
+    pub fn bus(&self) -> Option<&'a str> {
+        match *self {
+            Item::Line(settings) => Some(&settings.name),
+            Item::Chunk { bus, .. } | Item::Lost { bus, .. } | Item::Silence { bus, .. } => Some(bus),
+            Item::Clock { .. } => None,
+        }
+    }
 }
 
 /// Is what reads an input.
@@ -232,8 +243,9 @@ impl Input {
         if let Some(foreign) = self.foreign() {
             return foreign;
         }
-        match self.facts().and_then(|facts| facts.damage.first()) {
-            Some(damage) => InputError::Lost { name, damage: *damage },
+        match self.facts() {
+            Some(Facts { damage, .. }) if !damage.is_empty() => InputError::Lost { name, damage: damage[0] },
+            Some(_) => InputError::Silent(name),
             None => InputError::Empty(name),
         }
     }
@@ -392,6 +404,11 @@ impl Input {
     /// Returns where times go back, as far as the input has been read.
     pub fn times_back(&self) -> Option<TimesBack> {
         self.plain()?.times_back()
+    }
+
+    /// Returns where an import ends within something, once it was read up to there.
+    pub fn cut(&self) -> Option<&Malformed> {
+        self.plain()?.cut()
     }
 
     /// Returns why an input that is text was taken for raw bytes: likely a slip in hex text.

@@ -48,6 +48,7 @@ pub(super) struct Pcap<R> {
     window: Window<R>,
     format: Format,
     bus: Bus,
+    cut: Option<Malformed>,
 }
 
 /// Is how the blocks of a file look.
@@ -59,7 +60,7 @@ enum Format {
 
 impl<R: Read> Pcap<R> {
     pub(super) fn new(source: R) -> Self {
-        Pcap { window: Window::new(source, WINDOW), format: Format::NotSeen, bus: Bus::new() }
+        Pcap { window: Window::new(source, WINDOW), format: Format::NotSeen, bus: Bus::new(), cut: None }
     }
 
     /// Reads a block; tells whether there was one.
@@ -90,7 +91,15 @@ impl<R: Read> Pcap<R> {
                     return Ok(true);
                 }
                 Err(nom::Err::Incomplete(_)) if self.window.is_at_end() => {
-                    return Err(malformed("the file ends within a block".into(), CUT));
+                    let place = format!("byte {offset}");
+                    let problem = "the file ends within a block".to_owned();
+                    let cut = Malformed { place, problem, hint: CUT };
+                    // A capture that is cut before its first packet tells nothing.
+                    if self.bus.packet == 0 {
+                        return Err(Failure::Malformed(cut));
+                    }
+                    self.cut = Some(cut);
+                    return Ok(false);
                 }
                 Err(nom::Err::Incomplete(_)) if self.window.is_full() => {
                     return Err(malformed("a block of more than a MiB".into(), CHECK));
@@ -131,6 +140,10 @@ impl<R: Read> ReadChunks for Pcap<R> {
 
     fn times_back(&self) -> Option<TimesBack> {
         self.bus.forward.times_back()
+    }
+
+    fn cut(&self) -> Option<&Malformed> {
+        self.cut.as_ref()
     }
 }
 

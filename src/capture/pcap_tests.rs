@@ -238,7 +238,6 @@ fn what_cannot_be_understood_is_named_with_its_place() {
     for (file, chunks, part) in [
         (b"\x01\x03\x26\x00".to_vec(), 0, "byte 0: neither pcapng nor pcap".to_owned()),
         (good[..place - 1].to_vec(), 0, "the file ends within a block".to_owned()),
-        (then(vec![6, 0]), 1, format!("byte {place}: the file ends within a block")),
         (then(unequal), 1, format!("byte {place}: a block that is none")),
         (then(huge), 1, format!("byte {place}: a block of more than a MiB")),
         (
@@ -260,6 +259,18 @@ fn what_cannot_be_understood_is_named_with_its_place() {
         assert!(error.contains(&part), "{error}");
         assert_eq!(read.len(), chunks, "{part}: what came before is read");
     }
+}
+
+#[test]
+fn a_capture_cut_after_its_first_packet_has_a_last_one_and_says_where_it_was_cut() {
+    let good = [LITTLE.section(), LITTLE.interface(147, None, None), LITTLE.packet(0, 1, FRAME, 8)].concat();
+    let file = [&good[..], &[6, 0]].concat();
+    let mut reader = Pcap::new(&file[..]);
+    assert!(reader.advance().expect("a packet"));
+    assert_eq!(reader.cut(), None);
+    assert!(!reader.advance().expect("the end"));
+    let cut = reader.cut().expect("it was cut");
+    assert_eq!(cut.to_string(), format!("byte {}: the file ends within a block", good.len()));
 }
 
 #[test]

@@ -46,6 +46,11 @@ pub(super) trait ReadChunks {
     fn times_back(&self) -> Option<TimesBack> {
         None
     }
+
+    /// Returns where the recording was cut off, once it was read up to there.
+    fn cut(&self) -> Option<&Malformed> {
+        None
+    }
 }
 
 /// Is what a reader can fail with, before the input's name is added.

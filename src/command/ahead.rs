@@ -4,9 +4,9 @@ use std::ops::Range;
 use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
 
 use super::failure::Failure;
+use crate::capture::mcap::BusSettings;
 use crate::capture::{Input, InputError, Item};
 use crate::decode::chunk::{Chunk, LineError, Lost, ReadTime};
-use crate::line::LineSettings;
 use crate::time::Timestamp;
 
 /// Items handed over at once; a hundredth of a second's work.
@@ -30,10 +30,11 @@ struct Batch {
 
 /// Is an item of a batch; a chunk says where its bytes and line errors end.
 enum Entry {
-    Line { bus: usize, line: LineSettings, adapter_hold_ns: Option<i64> },
+    Line(BusSettings),
     Chunk { bus: usize, time: ReadTime, ready: Option<Timestamp>, bytes: usize, line_errors: usize },
     Lost { bus: usize, lost: Lost },
     Silence { bus: usize, until: Timestamp },
+    Clock { monotonic_ns: u64, realtime: Timestamp },
 }
 
 impl Batch {
@@ -56,9 +57,7 @@ impl Batch {
 
     fn push(&mut self, item: &Item<'_>) {
         let entry = match *item {
-            Item::Line { bus, line, adapter_hold_ns } => {
-                Entry::Line { bus: self.bus(bus), line, adapter_hold_ns }
-            }
+            Item::Line(settings) => Entry::Line(settings.clone()),
             Item::Chunk { bus, chunk, ready } => {
                 self.bytes.extend_from_slice(chunk.bytes);
                 self.line_errors.extend_from_slice(chunk.line_errors);
@@ -67,6 +66,7 @@ impl Batch {
             }
             Item::Lost { bus, lost } => Entry::Lost { bus: self.bus(bus), lost },
             Item::Silence { bus, until } => Entry::Silence { bus: self.bus(bus), until },
+            Item::Clock { monotonic_ns, realtime } => Entry::Clock { monotonic_ns, realtime },
         };
         self.entries.push(entry);
     }
@@ -76,9 +76,7 @@ impl Batch {
         let (mut at_byte, mut at_error) = (0, 0);
         for entry in &self.entries {
             let item = match *entry {
-                Entry::Line { bus, line, adapter_hold_ns } => {
-                    Item::Line { bus: &self.buses[bus], line, adapter_hold_ns }
-                }
+                Entry::Line(ref settings) => Item::Line(settings),
                 Entry::Chunk { bus, time, ready, bytes, line_errors } => {
                     let bytes = &self.bytes[upto(&mut at_byte, bytes)];
                     let line_errors = &self.line_errors[upto(&mut at_error, line_errors)];
@@ -86,6 +84,7 @@ impl Batch {
                 }
                 Entry::Lost { bus, lost } => Item::Lost { bus: &self.buses[bus], lost },
                 Entry::Silence { bus, until } => Item::Silence { bus: &self.buses[bus], until },
+                Entry::Clock { monotonic_ns, realtime } => Item::Clock { monotonic_ns, realtime },
             };
             take(&item)?;
         }

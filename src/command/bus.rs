@@ -345,7 +345,7 @@ impl<S: Sink> Intake<'_, '_, S> {
             self.bytes += chunk.bytes.len();
         }
         if !self.session.take(item, self.sink)?
-            && let Item::Chunk { bus, .. } | Item::Lost { bus, .. } | Item::Silence { bus, .. } = item
+            && let Some(bus) = item.bus()
         {
             self.about.begin(bus, self.session, self.sink)?;
             self.session.take(item, self.sink)?;
@@ -412,6 +412,10 @@ fn say_doubts(input: &Input, without_frame: usize) {
             "no frame in {without_frame} bytes of '{name}'; is it Modbus RTU, at this speed?"
         ));
         message::hint("check speed and character format (--line)");
+    }
+    if let Some(cut) = input.cut() {
+        message::warning(format_args!("'{}', {cut}", input.name()));
+        message::hint(cut.hint);
     }
     if let Some(back) = input.times_back() {
         let more = match back.count {

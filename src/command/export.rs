@@ -79,13 +79,13 @@ fn write_mcap(args: &cli::Export, profiles: &Arc<Profiles>) -> Result<(), Failur
     result
 }
 
-/// Names the session of an export: the same for the same file, as far as its name, size and time tell.
+/// Names the session of an export: the same for the same file, as far as its size and time tell. Its name is nobody's
+/// business.
 fn session_id(input: &Path) -> String {
-    let name = input.file_stem().unwrap_or_default().to_string_lossy();
     let metadata = input.metadata().ok();
     let size = metadata.as_ref().map_or(0, |metadata| metadata.len());
     let changed = metadata.and_then(|metadata| metadata.modified().ok()?.duration_since(UNIX_EPOCH).ok());
-    format!("export-{name}-{size}-{}", changed.unwrap_or_default().as_nanos())
+    format!("export-{size}-{}", changed.unwrap_or_default().as_nanos())
 }
 
 /// Chooses the format: the one asked for, or the extension's.
@@ -166,7 +166,7 @@ impl Sink for Exporter {
         match item {
             Item::Chunk { chunk, .. } => self.writer.chunk(chunk, &mut self.output.buffer),
             Item::Lost { lost, .. } => self.writer.lost(lost, &mut self.output.buffer),
-            Item::Line { .. } | Item::Silence { .. } => {}
+            Item::Line(_) | Item::Silence { .. } | Item::Clock { .. } => {}
         }
         Ok(())
     }

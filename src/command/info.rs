@@ -74,6 +74,7 @@ fn recording(facts: &Facts) -> Recording {
         session_id: facts.session.is_some().then_some(session.id),
         part_index: session.part_index,
         tool: session.tool,
+        buses: facts.buses.clone(),
         end: facts.end.clone(),
         is_complete: facts.is_complete(),
         damage: facts.damage_count,

@@ -41,18 +41,17 @@ impl Journal {
         !self.buses.is_empty()
     }
 
-    /// Writes what was received of a bus that has begun.
+    /// Writes what was received of a bus that has begun, or what the clocks showed.
     pub(super) fn item(&mut self, item: &Item<'_>) -> Result<(), RecordError> {
-        let (Item::Line { bus, .. }
-        | Item::Chunk { bus, .. }
-        | Item::Lost { bus, .. }
-        | Item::Silence { bus, .. }) = item;
-        let Some(id) = self.id(bus) else { return Ok(()) };
+        if let Item::Clock { monotonic_ns, realtime } = item {
+            return self.recorder.write_clock(*monotonic_ns, *realtime);
+        }
+        let Some(id) = item.bus().and_then(|bus| self.id(bus)) else { return Ok(()) };
         match item {
             Item::Chunk { chunk, ready, .. } => self.recorder.write_chunk(id, chunk, *ready),
             Item::Lost { lost, .. } => self.recorder.write_lost(id, lost),
             Item::Silence { until, .. } => self.recorder.write_silence(id, *until),
-            Item::Line { .. } => Ok(()),
+            Item::Line(_) | Item::Clock { .. } => Ok(()),
         }
     }
 

@@ -9,6 +9,7 @@ use crate::capture::Item;
 use crate::capture::mcap::{Options, RecordError};
 use crate::pipeline::Event;
 use crate::report::mcap::{Message, Messages};
+use crate::report::redact::REMARK_KEY;
 use crate::report::{Judge, Passing};
 
 /// Writes what a session receives and decodes.
@@ -83,10 +84,21 @@ impl Scribe {
     }
 }
 
+/// Adds to what an earlier export said about its file.
+fn add_remark(said: &mut String, remark: &str) {
+    if said.is_empty() {
+        remark.clone_into(said);
+    } else if !said.contains(remark) {
+        *said = format!("{said}; {remark}");
+    }
+}
+
 impl Sink for Scribe {
     fn begin(&mut self, origin: &Origin) -> Result<(), Failure> {
         let mut settings = origin.settings.clone();
-        settings.facts.extend(self.remark.iter().map(|remark| ("remark".to_owned(), remark.clone())));
+        if let Some(remark) = &self.remark {
+            add_remark(settings.facts.entry(REMARK_KEY.to_owned()).or_default(), remark);
+        }
         self.decoded.begin(&settings.name);
         Ok(self.journal.begin(settings)?)
     }

@@ -8,7 +8,7 @@ use crate::capture::mcap::BusSettings;
 use crate::device::{Devices, Environment, Profiles};
 use crate::line::LineSettings;
 use crate::pipeline::{Event, Options, Pipeline};
-use crate::report::redact::{Redacted, Redactor};
+use crate::report::redact::{self, Redacted, Redactor};
 use crate::time::Timestamp;
 
 /// Receives what comes out of the inputs.
@@ -119,6 +119,9 @@ impl<'a> Session<'a> {
         let settings = &mut origin.settings;
         settings.line = self.setup.line.unwrap_or(settings.line);
         settings.adapter_hold_ns = self.setup.adapter_hold_ns.or(settings.adapter_hold_ns);
+        if self.setup.redacts {
+            redact::blank_facts(&mut settings.facts);
+        }
         let known = self.buses.iter().position(|bus| bus.settings.name == settings.name);
         if let Some(at) = known {
             let before = &self.buses[at].settings;
@@ -154,16 +157,14 @@ impl<'a> Session<'a> {
 
     /// Takes in an item of a bus that has begun; of others only settings. Tells whether it was taken in.
     pub(super) fn take(&mut self, item: &Item<'_>, sink: &mut impl Sink) -> Result<bool, Failure> {
-        let bus = match *item {
-            Item::Line { bus, line, adapter_hold_ns } => {
-                let name = bus.to_owned();
-                let settings = BusSettings { name, line, adapter_hold_ns, ..BusSettings::default() };
-                return self.begin(settings, sink).map(|()| true);
-            }
-            Item::Chunk { bus, .. } | Item::Lost { bus, .. } | Item::Silence { bus, .. } => bus,
-        };
-        let Some(at) = self.buses.iter().position(|known| known.settings.name == bus) else {
-            return Ok(false);
+        if let Item::Line(settings) = item {
+            return self.begin((*settings).clone(), sink).map(|()| true);
+        }
+        let Some(at) = self.buses.iter().position(|known| {
+            // The clocks are of no bus; one has to hold them back with its reads, where they are.
+            item.bus().is_none_or(|bus| known.settings.name == bus)
+        }) else {
+            return Ok(item.bus().is_none());
         };
         let Some(redactor) = &mut self.buses[at].redactor else {
             return self.decode(at, item, sink).map(|()| true);
@@ -172,7 +173,8 @@ impl<'a> Session<'a> {
             Item::Chunk { chunk, .. } => redactor.push(chunk),
             Item::Lost { lost, .. } => redactor.push_lost(*lost),
             Item::Silence { until, .. } => redactor.push_silence(*until),
-            Item::Line { .. } => {}
+            Item::Clock { monotonic_ns, realtime } => redactor.push_clock(*monotonic_ns, *realtime),
+            Item::Line(_) => {}
         }
         self.take_redacted(at, sink).map(|()| true)
     }
@@ -187,6 +189,7 @@ impl<'a> Session<'a> {
                 Redacted::Chunk(chunk) => Item::Chunk { bus: &bus, chunk, ready: None },
                 Redacted::Lost(lost) => Item::Lost { bus: &bus, lost },
                 Redacted::Silence(until) => Item::Silence { bus: &bus, until },
+                Redacted::Clock(monotonic_ns, realtime) => Item::Clock { monotonic_ns, realtime },
             };
             result = result.and(self.decode(at, &item, sink));
         }
@@ -201,7 +204,7 @@ impl<'a> Session<'a> {
                 Item::Chunk { chunk, .. } => pipeline.handle_bytes(chunk),
                 Item::Lost { lost, .. } => pipeline.handle_lost(*lost),
                 Item::Silence { until, .. } => pipeline.handle_timeout(*until),
-                Item::Line { .. } => {}
+                Item::Line(_) | Item::Clock { .. } => {}
             });
         }
         Ok(())

@@ -111,10 +111,14 @@ impl Stamper {
         self.hold_known
     }
 
-    /// Returns the time of silences before a chunk: its read's, or for untimed input that of the read before.
-    pub fn silent_until(&self, time: ReadTime) -> Option<Timestamp> {
+    /// Returns up to when a read of `length` bytes may have been preceded by silence: the latest end of its first byte,
+    /// for a read that comes late was no silence; for untimed input the time of the read before.
+    pub fn silent_until(&self, time: ReadTime, length: usize) -> Option<Timestamp> {
         match time {
-            ReadTime::At(at) => Some(self.last_read.map_or(at, |last| last.max(at))),
+            ReadTime::At(at) => {
+                let first = at - self.run_ns((length as u64).saturating_sub(1));
+                Some(self.last_read.map_or(first, |last| last.max(first)))
+            }
             ReadTime::Unknown | ReadTime::UnknownAfterSilence => self.last_read,
         }
     }
@@ -338,6 +342,15 @@ mod tests {
             late.earliest,
             Timestamp::from_ns(5000 * MILLISECOND - 16 * MILLISECOND - USB_NS - WAKE_NS)
         );
+    }
+
+    #[test]
+    fn a_late_read_was_silent_only_until_its_first_byte() {
+        let mut stamper = stamper(None);
+        stamper.push(at(1000), 1);
+        let first = Timestamp::from_ns(1200 * MILLISECOND) - 99 * TC;
+        assert_eq!(stamper.silent_until(at(1200), 100), Some(first));
+        assert_eq!(stamper.silent_until(at(1010), 100), stamper.silent_until(at(1000), 0));
     }
 
     #[test]

@@ -9,7 +9,7 @@ use crate::decode::shape::Form;
 
 use super::data::data_start;
 use super::derive::Formula;
-use super::profile::{Command, Derived, Kind, Measuring, Profile, SerialNumberRule, Source};
+use super::profile::{Command, Confidence, Derived, Kind, Measuring, Profile, SerialNumberRule, Source};
 use crate::section::{self, Located, Problem, Section, nearest};
 use crate::time::SECOND;
 
@@ -22,6 +22,9 @@ const SOURCES: [(&str, Source); 4] = [
     ("code", Source::Code),
     ("inference", Source::Inference),
 ];
+
+const CONFIDENCES: [(&str, Confidence); 3] =
+    [("high", Confidence::High), ("medium", Confidence::Medium), ("low", Confidence::Low)];
 
 /// Names of what commands are for.
 pub(super) const KINDS: [(&str, Kind); 9] = [
@@ -37,20 +40,18 @@ pub(super) const KINDS: [(&str, Kind); 9] = [
 ];
 
 /// What commands are for that have a name which all profiles share, unless they say otherwise.
-const USUAL_KINDS: [(&str, Kind); 9] = [
+const USUAL_KINDS: [(&str, Kind); 7] = [
     ("start-measurement", Kind::Start),
     ("stop-measurement", Kind::Stop),
     ("get-measurement", Kind::Measurement),
     ("start-brush", Kind::Brush),
-    ("set-calibration", Kind::Calibration),
-    ("set-cap-coefficients", Kind::Calibration),
     ("set-brush-interval", Kind::Setting),
     ("set-address", Kind::Address),
     ("set-time", Kind::Clock),
 ];
 
 /// Names of frame forms outside the specification.
-pub(super) const FORMS: [(&str, Form); 3] = [
+pub(crate) const FORMS: [(&str, Form); 3] = [
     ("zero-quantity", Form::ZeroQuantity),
     ("uncounted-data", Form::UncountedData),
     ("counts-registers", Form::CountsRegisters),
@@ -75,24 +76,26 @@ fn read_profile(section: &Section<'_>) -> Option<Profile> {
     let profile = Profile {
         id: id.map_or("", |id| id.value).into(),
         name: name.map_or("", |name| name.value).into(),
+        models: texts(section, "models"),
         vendor: section.string("vendor").map(|vendor| vendor.value.into()),
         manual: section.string("manual").map(|manual| manual.value.into()),
         source,
+        confidence: section.choice("confidence", &CONFIDENCES),
         service_address: section.integer("service-address", 248..=255).map(|address| address.value as u8),
         serial_number: section.section("serial-number").and_then(|rule| read_serial_number_rule(&rule)),
         measuring: section.section("measuring").map(|rules| read_measuring(&rules)).unwrap_or_default(),
-        remarks: section
-            .strings("remarks")
-            .unwrap_or_default()
-            .iter()
-            .map(|text| text.value.into())
-            .collect(),
+        remarks: texts(section, "remarks"),
         commands: read_commands(section, source),
         derived: Vec::new(),
     };
     let derived = read_all_derived(section, &profile.commands);
     section.finish();
     (id.is_some() && name.is_some()).then_some(Profile { derived, ..profile })
+}
+
+/// Reads a list of texts; none when the key is missing.
+fn texts(section: &Section<'_>, key: &'static str) -> Vec<Box<str>> {
+    section.strings(key).unwrap_or_default().iter().map(|text| text.value.into()).collect()
 }
 
 /// Notes a name that is not lower-case words joined by `joint`.
@@ -135,7 +138,10 @@ fn read_measuring(section: &Section<'_>) -> Measuring {
 
 /// Returns what a command of a usual name is for.
 fn usual_kind(name: &str) -> Kind {
-    USUAL_KINDS.iter().find(|(usual, _)| *usual == name).map_or(Kind::Other, |(_, kind)| *kind)
+    let usual = USUAL_KINDS.iter().find(|(usual, _)| *usual == name).map(|(_, kind)| *kind);
+    let corrects =
+        name.starts_with("set-") && (name.contains("calibration") || name.contains("coefficients"));
+    usual.unwrap_or(if corrects { Kind::Calibration } else { Kind::Other })
 }
 
 fn read_commands(section: &Section<'_>, source: Source) -> Vec<Command> {

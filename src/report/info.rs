@@ -6,6 +6,7 @@ use std::fmt::{self, Write};
 use serde::Serialize;
 
 use super::Clock;
+use super::redact::REMARK_KEY;
 use crate::decode::frame::Place;
 use crate::decode::transaction::Outcome;
 use crate::device::Profiles;
@@ -52,6 +53,8 @@ pub struct Recording {
     pub part_index: u64,
     /// What wrote it.
     pub tool: String,
+    /// What is known of each bus and its adapter.
+    pub buses: BTreeMap<String, BTreeMap<String, String>>,
     /// Why it was closed; `None` when it was not.
     pub end: Option<String>,
     /// Whether nothing is missing, as far as the file tells.
@@ -197,6 +200,26 @@ impl Info {
         self.outcomes.iter().sum()
     }
 
+    /// Returns what recordings say of the sources of their buses and of what was done to them, each once.
+    fn said_of_buses(&self) -> Vec<(&'static str, String)> {
+        let mut said = Vec::new();
+        for (bus, facts) in self.recordings.iter().flat_map(|recording| &recording.buses) {
+            let fact = |key| facts.get(key).map(String::as_str);
+            let adapter: Vec<&str> =
+                ["driver", "usb_model", "usb_vid_pid", "usb_serial"].into_iter().filter_map(fact).collect();
+            let adapter =
+                if adapter.is_empty() { String::new() } else { format!(" ({})", adapter.join(", ")) };
+            let source = fact("source").map(|source| ("source", format!("{bus}: {source}{adapter}")));
+            let remark = fact(REMARK_KEY).map(|remark| ("remark", format!("{bus}: {remark}")));
+            for line in source.into_iter().chain(remark) {
+                if !said.contains(&line) {
+                    said.push(line);
+                }
+            }
+        }
+        said
+    }
+
     /// Returns the line settings of all inputs, or `None` when they differ.
     fn line(&self) -> Option<LineSettings> {
         let first = self.inputs.first()?.line;
@@ -252,6 +275,9 @@ impl Info {
         }
         for recording in &self.recordings {
             writeln!(out, "recording     {recording}")?;
+        }
+        for (label, text) in self.said_of_buses() {
+            writeln!(out, "{label:<13} {text}")?;
         }
         match self.line() {
             Some(line) => write!(out, "line          {line}")?,

@@ -5,7 +5,7 @@
 //! explains, such as an answer without its request. The CRC is changed by what the change does to it: a good
 //! frame stays good, a damaged one stays damaged in the same way.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -20,6 +20,8 @@ use crate::time::Timestamp;
 
 /// Says in a file what was done to it.
 pub const REMARK: &str = "redacted: serial numbers are blanked with X, and CRCs mended";
+/// What columns and facts are called that say what was done to a file.
+pub const REMARK_KEY: &str = "remark";
 /// Takes the place of each blanked character.
 const BLANK: u8 = b'X';
 /// Letters and digits after a maker's prefix that make a serial number.
@@ -44,6 +46,7 @@ pub struct Redactor {
 enum Mark {
     Lost(Lost),
     Silence(Timestamp),
+    Clock(u64, Timestamp),
 }
 
 /// Is what comes out of a redactor.
@@ -54,6 +57,8 @@ pub enum Redacted<'a> {
     Lost(Lost),
     /// Nothing was received until then.
     Silence(Timestamp),
+    /// The monotonic clock, in nanoseconds, and the wall clock showed this.
+    Clock(u64, Timestamp),
 }
 
 impl Redactor {
@@ -85,6 +90,11 @@ impl Redactor {
         self.held.settle(self.pipeline.settled_frame_id());
     }
 
+    /// Takes note of what both clocks showed.
+    pub fn push_clock(&mut self, monotonic_ns: u64, realtime: Timestamp) {
+        self.marks.push_back((self.taken, Mark::Clock(monotonic_ns, realtime)));
+    }
+
     /// Takes note that the input has ended.
     pub fn finish(&mut self) {
         self.pipeline.finish();
@@ -98,6 +108,7 @@ impl Redactor {
             return self.marks.pop_front().map(|(_, mark)| match mark {
                 Mark::Lost(lost) => Redacted::Lost(lost),
                 Mark::Silence(until) => Redacted::Silence(until),
+                Mark::Clock(monotonic_ns, realtime) => Redacted::Clock(monotonic_ns, realtime),
             });
         }
         let (chunk, _) = self.held.pop()?;
@@ -117,6 +128,20 @@ impl Redactor {
                 Event::Transaction { transaction, .. } => blank_transaction(transaction, profiles, held),
                 _ => {}
             }
+        }
+    }
+}
+
+/// Blanks the serial number of a bus's adapter in what is known of it: names of devices may have it in them.
+pub fn blank_facts(facts: &mut BTreeMap<String, String>) {
+    let Some(serial_number) = facts.get("usb_serial").cloned().filter(|text| !text.is_empty()) else {
+        return;
+    };
+    let blank = "X".repeat(serial_number.chars().count());
+    // Of the others, those that may be paths under /dev/serial/by-id.
+    for key in ["usb_serial", "source", "device"] {
+        if let Some(fact) = facts.get_mut(key) {
+            *fact = fact.replace(&serial_number, &blank);
         }
     }
 }
@@ -248,7 +273,7 @@ mod tests {
             order.push(match redacted {
                 Redacted::Chunk(chunk) => Err(chunk.bytes.to_vec()),
                 Redacted::Lost(lost) => Ok(lost),
-                Redacted::Silence(_) => unreachable!("there was none"),
+                Redacted::Silence(_) | Redacted::Clock(..) => unreachable!("there was none"),
             });
         }
         assert_eq!(order, [Err(request.to_vec()), Ok(lost), Err(request.to_vec())]);

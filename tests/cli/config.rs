@@ -56,6 +56,14 @@ fn flags_go_before_the_environment_and_that_before_the_file_and_that_before_the_
     assert_eq!(line(&[], Some("4800-8N2"), true), "4800-8N2");
     assert_eq!(line(&[], None, true), "19200-8E1");
     assert_eq!(line(&[], None, false), "9600-8N1");
+    // What is recorded has settings; only live ports have them found.
+    std::fs::write(&path, "line = 'auto'\n").expect("a file");
+    assert_eq!(line(&[], None, true), "9600-8N1");
+    let mut listen = rtutap(&["listen", "tcp://127.0.0.1:9", "--config", &path]);
+    listen
+        .assert()
+        .code(2)
+        .stderr(predicate::str::contains("no line settings that --line auto could change"));
 }
 
 #[test]

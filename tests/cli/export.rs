@@ -154,7 +154,7 @@ fn serial_numbers(rows: &[Value]) -> BTreeSet<String> {
 }
 
 /// Serial numbers in the clear: the kind of device, then digits.
-fn leaks(text: &[u8]) -> bool {
+pub fn leaks(text: &[u8]) -> bool {
     text.windows(6).any(|window| window.starts_with(b"YL") && window[2..].iter().all(u8::is_ascii_digit))
 }
 
@@ -242,13 +242,13 @@ fn packets_and_back_are_the_same_frames() {
     assert_eq!(user.len() + 12 * before.len(), packets.len(), "without headers it is the same");
 }
 
-fn temporary() -> (TempDir, impl Fn(&str) -> PathBuf) {
+pub fn temporary() -> (TempDir, impl Fn(&str) -> PathBuf) {
     let directory = tempfile::tempdir().expect("a directory");
     let path = directory.path().to_owned();
     (directory, move |name| path.join(name))
 }
 
-fn arg(path: &Path) -> &str {
+pub fn arg(path: &Path) -> &str {
     path.to_str().expect("UTF-8")
 }
 

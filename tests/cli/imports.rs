@@ -108,16 +108,24 @@ fn a_table_is_timed_to_the_nanosecond_from_the_year_2000() {
 
 #[test]
 fn an_import_with_something_wrong_is_refused_with_its_place_after_what_came_before() {
-    let mut cut = pcapng(147, &[]);
-    cut.truncate(cut.len() - 1);
+    let whole = pcapng(147, &[]);
     for (input, part) in [
-        (cut, "the file ends within a block"),
+        (whole[..70].to_vec(), "the file ends within a block"),
         (pcapng(1, &[]), "packet 1: link type 1 is no serial line"),
         (b"time,data\n0.1,01\n0.2,5\n".to_vec(), "line 3, column 'data': '5' is not a byte"),
     ] {
         let said = predicate::str::contains("error: 'standard input', ").and(predicate::str::contains(part));
         rtutap(&["decode", "-"]).write_stdin(input).assert().code(2).stderr(said);
     }
+}
+
+#[test]
+fn a_capture_that_was_cut_off_is_read_up_to_there() {
+    let mut cut = pcapng(147, &[]);
+    cut.truncate(cut.len() - 1);
+    let said = predicate::str::contains("warning: 'standard input', byte ")
+        .and(predicate::str::contains(": the file ends within a block\nhint: "));
+    rtutap(&["info", "-"]).write_stdin(cut).assert().success().stderr(said);
 }
 
 #[test]

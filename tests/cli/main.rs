@@ -8,6 +8,8 @@ mod golden;
 mod imports;
 mod input;
 mod ports;
+mod profiles;
+mod recordings;
 mod rows;
 mod verify;
 mod wireshark;

@@ -62,7 +62,7 @@ fn check(outcomes: &[(LineSettings, Outcome)], delivery: Delivery, most_seconds:
     assert!(wrong.is_empty(), "{} of {} wrong:\n{}", wrong.len(), outcomes.len(), wrong.join("\n"));
 }
 
-/// Prints the figures of the README.
+/// Prints the figures that the documentation of `analyze::line_search` gives.
 #[test]
 #[ignore = "a table for people; takes minutes"]
 fn the_full_table() {

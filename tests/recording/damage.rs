@@ -115,7 +115,7 @@ impl Original {
         let (mut position, mut there) = (0, 0);
         for item in found {
             match item {
-                Found::Line(..) | Found::Silence(..) => {}
+                Found::Line(..) | Found::Silence(..) | Found::Clock(..) => {}
                 Found::Lost(_, lost) => {
                     assert_eq!(lost.kind, LostKind::Disk, "{what}");
                     position += lost.count as usize;
@@ -203,6 +203,21 @@ fn the_loss_of_the_first_chunk_costs_neither_times_nor_settings() {
 }
 
 #[test]
+fn a_whole_recording_without_a_byte_is_not_called_damaged() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let path = directory.path().join("a.mcap");
+    let (recorder, _) = recorder(&path, Options::default());
+    recorder.finish("finished").expect("a disk that works");
+    let mut input = rtutap::capture::Input::open(&path, None).expect("a recording");
+    let error = loop {
+        if let Err(error) = input.next_item() {
+            break error;
+        }
+    };
+    assert!(error.to_string().ends_with("is a recording, but there is not a byte of a bus in it"), "{error}");
+}
+
+#[test]
 fn a_recording_cut_before_its_first_bytes_says_so() {
     let original = original();
     let first =
@@ -214,7 +229,7 @@ fn a_recording_cut_before_its_first_bytes_says_so() {
     let mut input = rtutap::capture::Input::open(&path, None).expect("an MCAP file");
     let error = loop {
         match input.next_item() {
-            Ok(item) => assert!(matches!(item, Some(Item::Line { .. } | Item::Lost { .. }))),
+            Ok(item) => assert!(matches!(item, Some(Item::Line(_) | Item::Lost { .. }))),
             Err(error) => break error.to_string(),
         }
     };

@@ -22,6 +22,7 @@ enum Found {
     Chunk(String, ReadTime, Vec<u8>, Vec<LineError>),
     Lost(String, Lost),
     Silence(String, Timestamp),
+    Clock(u64, Timestamp),
 }
 
 impl Found {
@@ -83,12 +84,15 @@ fn rest(recording: &mut Recording) -> Vec<Found> {
     let mut found = Vec::new();
     while let Some(item) = recording.next_item().expect("a disk that works") {
         found.push(match item {
-            Item::Line { bus, line, adapter_hold_ns } => Found::Line(bus.into(), line, adapter_hold_ns),
+            Item::Line(BusSettings { name, line, adapter_hold_ns, .. }) => {
+                Found::Line(name.clone(), *line, *adapter_hold_ns)
+            }
             Item::Chunk { bus, chunk, .. } => {
                 Found::Chunk(bus.into(), chunk.time, chunk.bytes.to_vec(), chunk.line_errors.to_vec())
             }
             Item::Lost { bus, lost } => Found::Lost(bus.into(), lost),
             Item::Silence { bus, until } => Found::Silence(bus.into(), until),
+            Item::Clock { monotonic_ns, realtime } => Found::Clock(monotonic_ns, realtime),
         });
     }
     found

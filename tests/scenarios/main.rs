@@ -1,6 +1,6 @@
 //! Simulated buses with known truth: what the framer and the pairing recover of them.
 //!
-//! `cargo test --release --test scenarios -- --ignored --nocapture` prints the whole table of the README's claims:
+//! `cargo test --release --test scenarios -- --ignored --nocapture` prints the whole table:
 //! every scenario behind every adapter, at least 20,000 frames each, pooled over ten seeds that nothing was tuned to.
 
 #![allow(clippy::print_stdout)] // the table is what the ignored test is for

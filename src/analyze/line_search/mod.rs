@@ -4,6 +4,10 @@
 //! frames from a sender with one, and a line error where the parity bit looks like no stop bit. So once there are
 //! frames, the line errors tell whether another parity is to be tried. Some chips lose bytes after a line error;
 //! for them the speeds are tried with parity, too, when they have given nothing without. Silence decides nothing.
+//!
+//! On lines modelled bit by bit, in all eight speeds and 8N1, 8E1, 8O1, 8N2, the medians are 0.1 to 4 s on a busy bus,
+//! and 0.2 to 11 s on an installation that is polled every one to three seconds; at worst it took 21 and 27 s
+//! (`cargo test --test line_search -- --ignored --nocapture`).
 
 mod action;
 mod pace;

@@ -2,6 +2,7 @@
 //!
 //! Complete, unfinished, damaged and still growing files are read alike. Memory stays flat: one chunk at a time.
 
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 
@@ -20,6 +21,8 @@ use crate::time::Timestamp;
 pub struct Facts {
     /// The session it is a part of.
     pub session: Option<Session>,
+    /// What is known of each bus and its adapter, as [`super::BusSettings::facts`] has it.
+    pub buses: BTreeMap<String, BTreeMap<String, String>>,
     /// Whether the file ends with its index, which says where everything is.
     pub is_indexed: bool,
     /// Why it was closed; `None` for a recording that was not.

@@ -49,7 +49,12 @@ enum Ready {
     Lost(usize, Lost),
     Chunk(usize),
     Silence(usize, Timestamp),
+    Clock(u64, Timestamp),
 }
+
+/// Stands where there is no item.
+const NOTHING: Item<'static> =
+    Item::Lost { bus: "", lost: Lost { time: None, stream_offset: 0, kind: LostKind::Disk, count: 0 } };
 
 /// Turns messages into items.
 #[derive(Default)]
@@ -169,6 +174,7 @@ impl State {
             }
             LINE_METADATA => {
                 if let Some(settings) = BusSettings::from_metadata(&metadata.metadata) {
+                    self.facts.buses.insert(settings.name.clone(), settings.facts.clone());
                     self.described.insert(settings.name.clone(), settings);
                 }
             }
@@ -200,27 +206,29 @@ impl State {
                 Err(_) => self.bad_message(payload),
             },
             Topic::Raw(bus) => {
-                let selected = |(from, to): (u64, u64)| (from..=to).contains(&head.log_time);
-                if self.selection.is_none_or(selected) {
+                if self.selects(head.log_time) {
                     self.raw(bus, head, payload);
                 }
             }
         }
     }
 
+    fn selects(&self, log_time: u64) -> bool {
+        self.selection.is_none_or(|(from, to)| (from..=to).contains(&log_time))
+    }
+
     /// Takes the session's anchor from the first message of a file; later ones tell how the clocks drift.
     fn clock(&mut self, head: MessageHead, payload: &[u8]) {
-        if self.anchor.is_some() {
-            return;
-        }
-        match Clock::decode(payload) {
-            // Signed, by its definition.
-            Ok(clock) if head.sequence <= 1 => {
-                let realtime = Timestamp::from_ns(clock.realtime_ns as i64);
-                self.anchor = Some(Anchor { monotonic_ns: clock.monotonic_ns, realtime });
-            }
-            Ok(clock) => self.anchor = Some(anchor_by_log_time(clock.monotonic_ns, head)),
-            Err(_) => self.bad_message(payload),
+        let Ok(Clock { monotonic_ns, realtime_ns }) = Clock::decode(payload) else {
+            return self.bad_message(payload);
+        };
+        let realtime = Timestamp::from_ns(realtime_ns as i64); // signed, by its definition
+        let said = Anchor { monotonic_ns, realtime };
+        let by_log = || anchor_by_log_time(monotonic_ns, head);
+        let anchor = *self.anchor.get_or_insert_with(|| if head.sequence <= 1 { said } else { by_log() });
+        // Every part begins with the anchor again.
+        if said != anchor && self.selects(head.log_time) {
+            self.queue.push_back(Ready::Clock(monotonic_ns, realtime));
         }
     }
 
@@ -230,7 +238,10 @@ impl State {
     }
 
     /// Takes in settings; the same again change nothing.
-    fn settings(&mut self, index: usize, settings: BusSettings) {
+    fn settings(&mut self, index: usize, mut settings: BusSettings) {
+        if let Some(facts) = self.facts.buses.get(&settings.name) {
+            settings.facts.clone_from(facts);
+        }
         let bus = &mut self.buses[index];
         let known = bus.settings.as_ref();
         let same = known.is_some_and(|known| {
@@ -340,11 +351,7 @@ impl State {
     /// Returns the item gone on to.
     pub(super) fn item(&self) -> Item<'_> {
         match &self.current {
-            Some(Ready::Line(bus)) => {
-                let bus = &self.buses[*bus];
-                let settings = bus.settings.clone().unwrap_or_default();
-                Item::Line { bus: &bus.name, line: settings.line, adapter_hold_ns: settings.adapter_hold_ns }
-            }
+            Some(Ready::Line(bus)) => self.buses[*bus].settings.as_ref().map_or(NOTHING, Item::Line),
             Some(Ready::Lost(bus, lost)) => Item::Lost { bus: &self.buses[*bus].name, lost: *lost },
             Some(Ready::Silence(bus, until)) => Item::Silence { bus: &self.buses[*bus].name, until: *until },
             Some(Ready::Chunk(bus)) => Item::Chunk {
@@ -352,10 +359,10 @@ impl State {
                 chunk: self.reads.chunk(&self.raw),
                 ready: self.reads.ready(),
             },
-            None => Item::Lost {
-                bus: "",
-                lost: Lost { time: None, stream_offset: 0, kind: LostKind::Disk, count: 0 },
-            },
+            Some(Ready::Clock(monotonic_ns, realtime)) => {
+                Item::Clock { monotonic_ns: *monotonic_ns, realtime: *realtime }
+            }
+            None => NOTHING,
         }
     }
 }

@@ -16,12 +16,9 @@ use crate::report::hex::Hex;
 #[cfg(feature = "parquet")]
 use crate::report::parquet::{Parquet, Table};
 use crate::report::pcapng::{LinkType, Pcapng};
-use crate::report::redact::REMARK;
+use crate::report::redact::{REMARK, REMARK_KEY};
 use crate::report::wide::Wide;
 use crate::report::{Clock, Csv, Format, Json, Judge, Passing, Rows, Show};
-
-/// The column that says that a CSV was redacted.
-const REMARK_KEY: &str = "remark";
 
 /// Writes one format.
 pub(super) enum Writer {

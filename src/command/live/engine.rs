@@ -62,7 +62,11 @@ impl<'a> Engine<'a> {
     ) -> Result<Self, Failure> {
         let now = anchor.time(clock.monotonic_ns());
         stage.now = stage.now.max(now);
-        let link = |tapped: &Tapped| Link::new(&tapped.settings, tapped.searches, setup.decodes, now);
+        let link = |tapped: &Tapped| {
+            let adapter_hold_ns = setup.adapter_hold_ns.or(tapped.settings.adapter_hold_ns);
+            let settings = BusSettings { adapter_hold_ns, ..tapped.settings.clone() };
+            Link::new(&settings, tapped.searches, setup.decodes, now)
+        };
         stage.links = sources.iter().map(link).collect();
         if sources.len() > 1 {
             stage.links.iter_mut().for_each(Link::name_bus);

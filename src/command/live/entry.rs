@@ -39,7 +39,7 @@ impl Entry {
     /// Makes the entry of an item; settings have their own.
     pub(super) fn of(item: &Item<'_>, bus: Arc<str>) -> Option<Self> {
         Some(match item {
-            Item::Line { .. } => return None,
+            Item::Line(_) => return None,
             Item::Chunk { chunk, ready, .. } => Entry::Chunk {
                 bus,
                 time: chunk.time,
@@ -49,6 +49,9 @@ impl Entry {
             },
             Item::Lost { lost, .. } => Entry::Lost { bus, lost: *lost },
             Item::Silence { until, .. } => Entry::Silence { bus, until: *until },
+            Item::Clock { monotonic_ns, realtime } => {
+                Entry::Clock { monotonic_ns: *monotonic_ns, realtime: *realtime }
+            }
         })
     }
 

@@ -60,7 +60,7 @@ impl Tally {
                 }
             }
             Item::Lost { lost, .. } => self.lost = self.lost.saturating_add(lost.count),
-            Item::Line { .. } | Item::Silence { .. } => {}
+            Item::Line(_) | Item::Silence { .. } | Item::Clock { .. } => {}
         }
     }
 

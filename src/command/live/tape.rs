@@ -69,10 +69,7 @@ impl Tape {
 
     /// Takes what was received.
     pub(in crate::command) fn received(&mut self, item: &Item<'_>) {
-        let (Item::Line { bus, .. }
-        | Item::Chunk { bus, .. }
-        | Item::Lost { bus, .. }
-        | Item::Silence { bus, .. }) = item;
+        let Some(bus) = item.bus() else { return };
         let bus = self.bus(bus);
         if let Some(entry) = Entry::of(item, bus) {
             self.push(entry);

@@ -104,7 +104,7 @@ impl Assembler {
         match choice {
             Choice::Request => self.request(item, address),
             Choice::Echo => {}
-            Choice::Response(id) | Choice::Mismatch(id) => self.response(item, id),
+            Choice::Response(id) | Choice::Mismatch(id) => self.response(item, id, run_before),
             Choice::Unsolicited => self.unsolicited(item, run_before),
             Choice::Run => self.run(item),
         }
@@ -152,11 +152,18 @@ impl Assembler {
         });
     }
 
-    fn response(&mut self, item: &Item, id: u64) {
+    fn response(&mut self, item: &Item, id: u64, run_before: Option<(Part, Role)>) {
         let Some(index) = self.open.iter().position(|open| open.part.id == id) else {
             return self.unsolicited(item, None);
         };
         let open = self.open.remove(index);
+        // It had its answer, damaged; what is answered here is the damaged request after that.
+        if let Some((answer, (run, Role::Request))) = open.damaged.zip(run_before)
+            && answer.id != run.id
+        {
+            self.ready.push_back(open.close());
+            return self.unsolicited(item, run_before);
+        }
         if !self.open.is_empty() {
             self.close_where(|other| other.part.id < id && other.address == open.address);
             self.close_untimed(id);

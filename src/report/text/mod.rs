@@ -110,7 +110,10 @@ impl Text {
             Outcome::Answered | Outcome::Broadcast => {}
             Outcome::NoResponse => write!(line, "{bad}no response{bad:#}")?,
             Outcome::Exception => match row.exception_code {
-                Some(code) => write!(line, "{bad}exception {}: {code}{bad:#}", code.0)?,
+                Some(code) => match code.name() {
+                    Some(name) => write!(line, "{bad}exception {}: {name}{bad:#}", code.0)?,
+                    None => write!(line, "{bad}exception {}{bad:#}", code.0)?,
+                },
                 None => write!(line, "{bad}exception{bad:#}")?,
             },
             Outcome::Late => write!(line, "{warn}late{warn:#}")?,
@@ -302,7 +305,10 @@ fn write_meaning(line: &mut String, row: &Transaction<'_>, meaning: &Meaning<'_>
     if known || meaning.command().is_some() || meaning.likely().is_some() {
         return Ok(());
     }
-    let sides = [(row.request, Role::Request), (row.response, Role::Response)];
+    let mut sides = [(row.request, Role::Request), (row.response, Role::Response)];
+    if !is_write(row.function) {
+        sides.reverse();
+    }
     for (side, role) in sides {
         let Some(side) = side.filter(|side| !side.damaged) else { continue };
         if write_data(line, side, role)? {
@@ -310,6 +316,19 @@ fn write_meaning(line: &mut String, row: &Transaction<'_>, meaning: &Meaning<'_>
         }
     }
     Ok(())
+}
+
+/// Tells whether what a function is about is in its request.
+fn is_write(function: FunctionCode) -> bool {
+    matches!(
+        function,
+        FunctionCode::WRITE_SINGLE_COIL
+            | FunctionCode::WRITE_SINGLE_REGISTER
+            | FunctionCode::WRITE_MULTIPLE_COILS
+            | FunctionCode::WRITE_MULTIPLE_REGISTERS
+            | FunctionCode::WRITE_FILE_RECORD
+            | FunctionCode::MASK_WRITE_REGISTER
+    )
 }
 
 /// Writes what a PDU carries besides its header; tells whether there was something.
@@ -325,6 +344,16 @@ fn write_data(line: &mut String, side: Side<'_>, role: Role) -> Result<bool, fmt
                 | "quantity"
                 | "byte count"
                 | "register"
+                | "reference type"
+                | "file response length"
+                | "MEI type"
+                | "read device ID code"
+                | "conformity level"
+                | "more follows"
+                | "next object ID"
+                | "number of objects"
+                | "object ID"
+                | "object length"
         ) || field.span.end == side.bytes.len()
             || matches!(field.value, PduValue::Raw([]) | PduValue::Registers([]));
         if !is_header {
