@@ -84,7 +84,7 @@ pub enum Command {
     /// List the serial ports, with adapter, driver, latency timer, and who may open them
     #[command(after_help = PORTS_EXAMPLES)]
     Ports(Ports),
-    /// List, show and check the profiles of devices
+    /// List, show, check and draft the profiles of devices
     Profiles(Profiles),
     /// Print what makes a shell complete rtutap's options
     #[command(after_help = COMPLETIONS_EXAMPLES)]
@@ -344,7 +344,7 @@ pub struct Completions {
 /// Names what can be done with profiles.
 #[derive(Debug, Subcommand)]
 pub enum ProfileAction {
-    /// List the profiles built in
+    /// List the profiles built in, with manual, source and confidence
     List,
     /// Show the commands and fields of a profile
     Show {
@@ -356,6 +356,34 @@ pub enum ProfileAction {
         /// A TOML file
         file: PathBuf,
     },
+    /// Draft the profile of an unknown device from a recording
+    #[command(after_help = NEW_PROFILE_EXAMPLES)]
+    New(NewProfile),
+}
+
+const NEW_PROFILE_EXAMPLES: &str = "\
+The draft holds what the device accepted: functions, registers, quantities. The types of values are guessed, each
+with its evidence as a comment; the longer the recording, the better. Names, units and meanings are left to you.
+
+Examples:
+  rtutap profiles new capture.mcap -o mine.toml
+  rtutap profiles new capture.mcap --address 5
+  rtutap decode capture.mcap --profile mine.toml --device 5=unknown-5";
+
+/// Holds what `profiles new` is asked for.
+#[derive(Debug, Args)]
+pub struct NewProfile {
+    /// Where the bytes come from, and how to read them.
+    #[command(flatten)]
+    pub bus: Bus,
+
+    /// Where to write the profile; without it, and with '-', standard output
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+
+    /// The device's address, 1 to 247; without it, that of the only unknown device
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=247))]
+    pub address: Option<u8>,
 }
 
 /// Names the kinds of rows.

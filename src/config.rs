@@ -137,6 +137,9 @@ impl Config {
                 args.time = args.time.or(self.time);
                 self.complete_bus(&mut args.bus);
             }
+            Command::Profiles(cli::Profiles { action: Some(cli::ProfileAction::New(args)) }) => {
+                self.complete_bus(&mut args.bus);
+            }
             _ => {}
         }
     }

@@ -18,7 +18,7 @@
 //!   transactions. Gaps are reported, not trusted: USB adapters destroy them.
 //! - [`device`]: transactions become what a sensor said, by profiles that are data.
 //! - [`pipeline`]: the three joined, for one bus: bytes in, [`pipeline::Event`]s out.
-//! - [`analyze`]: judgement: the display filter, the search for line settings, the connection check.
+//! - [`analyze`]: judgement: the display filter, the search for line settings, the connection check, drafts of profiles.
 //! - [`report`]: one file an output format.
 //! - [`section`]: TOML read key by key, with all that is wrong with it and where.
 //! - [`cli`], [`config`] and [`command`]: the program; the only place that owns files, clocks and the terminal.

@@ -27,7 +27,7 @@ mod simulate;
 
 use std::process::ExitCode;
 
-use crate::cli::{Cli, Command};
+use crate::cli::{self, Cli, Command};
 use crate::config::Config;
 use failure::Failure;
 
@@ -60,6 +60,9 @@ fn run_command(cli: &mut Cli) -> Result<(), Failure> {
         Command::Decode(args) => bus::check(&args.bus)?,
         Command::Info(args) => bus::check(&args.bus)?,
         Command::Export(args) => bus::check(&args.bus)?,
+        Command::Profiles(cli::Profiles { action: Some(cli::ProfileAction::New(args)) }) => {
+            bus::check(&args.bus)?;
+        }
         Command::Listen(args) => bus::check_devices(&args.live.equipment)?,
         Command::Record(args) => bus::check_devices(&args.live.equipment)?,
         _ => {}

@@ -1,4 +1,6 @@
-//! `rtutap profiles`: lists, shows and checks device profiles.
+//! `rtutap profiles`: lists, shows, checks and drafts device profiles.
+
+mod draft;
 
 use std::fmt::{self, Write};
 use std::path::Path;
@@ -7,7 +9,15 @@ use super::failure::Failure;
 use super::output::Output;
 use super::{bus, message};
 use crate::cli::{self, ProfileAction};
-use crate::device::{Command, FieldSpec, Profile, Profiles};
+use crate::device::{Command, Confidence, FieldSpec, Profile, Profiles, Source};
+
+/// Says what the last columns of the list mean.
+const CONFIDENCE: &str = "\
+source and confidence of the facts: high where real traffic agrees with a manual, medium where a manual or a
+program that many use is all there is, low where a single report or a conclusion is";
+
+/// Stands in the place of the manual.
+const NO_MANUAL: &str = "no manual is known";
 
 /// Runs the command.
 pub(super) fn run(args: &cli::Profiles) -> Result<(), Failure> {
@@ -24,6 +34,7 @@ pub(super) fn run(args: &cli::Profiles) -> Result<(), Failure> {
             show(profile, &mut text)
         }
         Some(ProfileAction::Check { file }) => check(file, &mut text)?,
+        Some(ProfileAction::New(args)) => return draft::run(args),
     };
     let mut output = Output::stdout();
     output.buffer.extend_from_slice(text.as_bytes());
@@ -33,21 +44,42 @@ pub(super) fn run(args: &cli::Profiles) -> Result<(), Failure> {
 fn list(profiles: &Profiles, out: &mut String) -> fmt::Result {
     let width = profiles.iter().map(|profile| profile.id.len()).max().unwrap_or(0);
     for profile in profiles.iter() {
-        writeln!(out, "{:<width$}  {:>2} commands  {}", profile.id, profile.commands.len(), profile.name)?;
+        let confidence = profile.confidence.map_or("not stated", Confidence::name);
+        write!(out, "{:<width$}  {:>2} commands  ", profile.id, profile.commands.len())?;
+        writeln!(out, "{:<9}  {confidence:<6}  {}{}", profile.source.name(), profile.name, models(profile))?;
+        writeln!(out, "{:width$}  {}", "", profile.manual.as_deref().unwrap_or(NO_MANUAL))?;
     }
-    Ok(())
+    writeln!(out, "\n{CONFIDENCE}")
+}
+
+fn models(profile: &Profile) -> String {
+    if profile.models.is_empty() { String::new() } else { format!(" ({})", profile.models.join(", ")) }
 }
 
 fn show(profile: &Profile, out: &mut String) -> fmt::Result {
-    writeln!(out, "{}: {}", profile.id, profile.name)?;
+    writeln!(out, "{}: {}{}", profile.id, profile.name, models(profile))?;
     if let Some(vendor) = &profile.vendor {
         writeln!(out, "made by {vendor}")?;
     }
-    if let Some(manual) = &profile.manual {
-        writeln!(out, "after {manual}")?;
+    match &profile.manual {
+        Some(manual) => writeln!(out, "after {manual}")?,
+        None => writeln!(out, "{NO_MANUAL}")?,
+    }
+    write!(out, "source: {}", profile.source.name())?;
+    match profile.confidence {
+        Some(confidence) => writeln!(out, "; confidence: {}", confidence.name())?,
+        None => writeln!(out)?,
+    }
+    if let Some(rule) = &profile.serial_number {
+        let codes = if rule.type_codes.is_empty() {
+            "of no known type".to_owned()
+        } else {
+            rule.type_codes.join(" or ")
+        };
+        writeln!(out, "serial numbers begin with {}, then {codes}", rule.prefix)?;
     }
     for command in &profile.commands {
-        show_command(command, out)?;
+        show_command(command, profile.source, out)?;
     }
     for derived in &profile.derived {
         writeln!(out, "\n{} is derived, by the formula {}", derived.name, derived.formula.name())?;
@@ -58,7 +90,7 @@ fn show(profile: &Profile, out: &mut String) -> fmt::Result {
     Ok(())
 }
 
-fn show_command(command: &Command, out: &mut String) -> fmt::Result {
+fn show_command(command: &Command, source: Source, out: &mut String) -> fmt::Result {
     let quantities: Vec<String> = command.quantities.iter().map(u16::to_string).collect();
     write!(out, "\n{:<22} FC{:02} 0x{:04x}", command.name, command.function, command.start_register)?;
     writeln!(out, " ×{}{}", quantities.join(" or "), contested(command.is_contested))?;
@@ -66,6 +98,12 @@ fn show_command(command: &Command, out: &mut String) -> fmt::Result {
         for field in fields {
             show_field(side, field, out)?;
         }
+    }
+    if command.source != source {
+        writeln!(out, "    source: {}", command.source.name())?;
+    }
+    if command.is_fingerprint {
+        writeln!(out, "    only this kind of device accepts it")?;
     }
     match &command.remark {
         Some(remark) => writeln!(out, "    {remark}"),

@@ -179,7 +179,7 @@ fn register_response(bytes: &[u8], shapes: &Shapes, out: &mut Candidates) {
         }
     } else if count.is_multiple_of(2) && count <= 250 {
         out.standard(Role::Response, length);
-        if shapes.any(bytes[1], Form::CountsRegisters) {
+        if shapes.counts_registers(bytes[1], count) {
             let basis = Basis::Declared(Form::CountsRegisters);
             out.push(Role::Response, 5 + 2 * usize::from(count), basis, Oddity::None);
         }

@@ -29,6 +29,8 @@ pub struct Quirk {
 pub struct Shapes {
     /// Forms outside the specification, sorted, without duplicates.
     pub quirks: Vec<Quirk>,
+    /// Function codes with the byte counts that stand for registers, by [`Form::CountsRegisters`]; likewise.
+    pub register_counts: Vec<(u8, u8)>,
     /// Addresses from 248 to 255 at which devices answer, such as 0xFF; sorted, without duplicates.
     pub service_addresses: Vec<u8>,
 }
@@ -42,6 +44,11 @@ impl Shapes {
     /// Tells whether any device declares `form` for this function, at whatever register.
     pub fn any(&self, function: u8, form: Form) -> bool {
         self.quirks.iter().any(|quirk| quirk.function == function && quirk.form == form)
+    }
+
+    /// Tells whether any device declares that this byte count stands for registers.
+    pub fn counts_registers(&self, function: u8, count: u8) -> bool {
+        self.register_counts.binary_search(&(function, count)).is_ok()
     }
 
     /// Tells whether devices answer at this reserved address.

@@ -22,7 +22,7 @@ pub(super) fn data_start(function: u8, side: Role) -> Option<usize> {
 ///
 /// A damaged side has none; a response has none without its request, as nothing in it says what it
 /// answers; an exception has none.
-pub(super) fn data<'a>(t: &Transaction<'a>, side: Role) -> Option<(usize, &'a [u8])> {
+pub(crate) fn data<'a>(t: &Transaction<'a>, side: Role) -> Option<(usize, &'a [u8])> {
     let frames = [whole(&t.request), whole(&t.response)];
     data_of(frames, side, t.function.0, t.outcome == Outcome::Exception)
 }

@@ -19,6 +19,9 @@ pub enum Order {
 }
 
 impl Order {
+    /// All orders.
+    pub const ALL: [Order; 4] = [Order::Big, Order::Little, Order::BigSwapped, Order::LittleSwapped];
+
     /// Says in words why a float has no value.
     pub(super) fn name_non_finite(self, bytes: &[u8]) -> &'static str {
         match f32::from_bits(unsigned(bytes, self)) {
@@ -138,7 +141,7 @@ impl Encoding {
     }
 
     /// Reads a value; `bytes` too short for it give `Null`.
-    pub(super) fn read(self, bytes: &[u8]) -> Value<'_> {
+    pub(crate) fn read(self, bytes: &[u8]) -> Value<'_> {
         let Some(bytes) = bytes.get(..self.size()) else {
             return Value::Null;
         };

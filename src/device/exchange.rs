@@ -115,7 +115,7 @@ fn field<'a>(command: &'a Command, t: &Transaction<'a>, side: Role, name: &str) 
 }
 
 /// Tells whether a device accepted the request; a damaged side has an outcome of its own.
-pub(super) fn is_accepted(t: &Transaction<'_>) -> bool {
+pub(crate) fn is_accepted(t: &Transaction<'_>) -> bool {
     matches!(t.outcome, Outcome::Answered | Outcome::Late) && t.request.is_some() && t.response.is_some()
 }
 

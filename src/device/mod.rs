@@ -27,14 +27,18 @@ mod serial_number;
 mod value;
 
 pub use crate::section::Problem;
+pub(crate) use data::data as register_data;
 pub use derive::{Environment, Formula};
 pub use encoding::{Encoding, Order};
+pub(crate) use exchange::is_accepted;
 pub use field::{Field, Reading};
 pub use identify::{Devices, Identified, UnknownDevice};
 pub use meaning::{Likely, Meaning};
+pub(crate) use parse::FORMS as FORM_NAMES;
 pub use problem::ProfileError;
 pub use profile::{
-    Command, Condition, Derived, FieldSpec, Note, NoteAt, Profile, SerialNumberRule, Show, Source,
+    Command, Condition, Confidence, Derived, FieldSpec, NEW_ADDRESS, Note, NoteAt, Profile, SerialNumberRule,
+    Show, Source,
 };
 pub use registry::Profiles;
 pub use value::Value;

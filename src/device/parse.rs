@@ -9,7 +9,7 @@ use crate::decode::shape::Form;
 
 use super::data::data_start;
 use super::derive::Formula;
-use super::profile::{Command, Derived, Profile, SerialNumberRule, Source};
+use super::profile::{Command, Confidence, Derived, Profile, SerialNumberRule, Source};
 use crate::section::{self, Located, Problem, Section, nearest};
 
 /// Commands that a profile may have: more is a mistake, not a device.
@@ -22,8 +22,11 @@ const SOURCES: [(&str, Source); 4] = [
     ("inference", Source::Inference),
 ];
 
+const CONFIDENCES: [(&str, Confidence); 3] =
+    [("high", Confidence::High), ("medium", Confidence::Medium), ("low", Confidence::Low)];
+
 /// Names of frame forms outside the specification.
-pub(super) const FORMS: [(&str, Form); 3] = [
+pub(crate) const FORMS: [(&str, Form); 3] = [
     ("zero-quantity", Form::ZeroQuantity),
     ("uncounted-data", Form::UncountedData),
     ("counts-registers", Form::CountsRegisters),
@@ -48,23 +51,25 @@ fn read_profile(section: &Section<'_>) -> Option<Profile> {
     let profile = Profile {
         id: id.map_or("", |id| id.value).into(),
         name: name.map_or("", |name| name.value).into(),
+        models: texts(section, "models"),
         vendor: section.string("vendor").map(|vendor| vendor.value.into()),
         manual: section.string("manual").map(|manual| manual.value.into()),
         source,
+        confidence: section.choice("confidence", &CONFIDENCES),
         service_address: section.integer("service-address", 248..=255).map(|address| address.value as u8),
         serial_number: section.section("serial-number").and_then(|rule| read_serial_number_rule(&rule)),
-        remarks: section
-            .strings("remarks")
-            .unwrap_or_default()
-            .iter()
-            .map(|text| text.value.into())
-            .collect(),
+        remarks: texts(section, "remarks"),
         commands: read_commands(section, source),
         derived: Vec::new(),
     };
     let derived = read_all_derived(section, &profile.commands);
     section.finish();
     (id.is_some() && name.is_some()).then_some(Profile { derived, ..profile })
+}
+
+/// Reads a list of texts; none when the key is missing.
+fn texts(section: &Section<'_>, key: &'static str) -> Vec<Box<str>> {
+    section.strings(key).unwrap_or_default().iter().map(|text| text.value.into()).collect()
 }
 
 /// Notes a name that is not lower-case words joined by `joint`.

@@ -43,6 +43,28 @@ impl Source {
     }
 }
 
+/// Says how far the facts of a profile can be relied on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Confidence {
+    /// A single report, or a conclusion.
+    Low,
+    /// A manual, or a program that many use; no traffic has been published.
+    Medium,
+    /// A manual, and real traffic or logged values that agree with it.
+    High,
+}
+
+impl Confidence {
+    /// Returns the name used in profiles.
+    pub fn name(self) -> &'static str {
+        match self {
+            Confidence::Low => "low",
+            Confidence::Medium => "medium",
+            Confidence::High => "high",
+        }
+    }
+}
+
 /// Describes a kind of device.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
@@ -51,12 +73,16 @@ pub struct Profile {
     pub id: Box<str>,
     /// What people call it.
     pub name: Box<str>,
+    /// The maker's model numbers, such as `Y504`.
+    pub models: Vec<Box<str>>,
     /// Who makes it.
     pub vendor: Option<Box<str>>,
     /// The manual that the profile follows, with its edition.
     pub manual: Option<Box<str>>,
     /// Where the facts come from, unless a command says otherwise.
     pub source: Source,
+    /// How far the facts can be relied on, where the profile says.
+    pub confidence: Option<Confidence>,
     /// The address from 248 to 255 at which every device of the kind answers.
     pub service_address: Option<u8>,
     /// What a serial number tells of the kind.
@@ -91,7 +117,7 @@ impl Profile {
 pub struct SerialNumberRule {
     /// What all serial numbers of the maker begin with.
     pub prefix: Box<str>,
-    /// What follows the prefix in this kind's.
+    /// What follows the prefix in this kind's; none where nobody has seen one.
     pub type_codes: Vec<Box<str>>,
 }
 
@@ -298,7 +324,7 @@ impl FieldSpec {
         data.get(self.span()).filter(|_| is_there)
     }
 
-    /// Tells whether two profiles say the same of a field: name, place, type, scale and unit.
+    /// Tells whether two profiles say the same of a field: name, place, type, scale, unit and meanings.
     pub(super) fn agrees(&self, other: &FieldSpec) -> bool {
         self.name == other.name
             && self.offset == other.offset
@@ -306,6 +332,8 @@ impl FieldSpec {
             && self.scale == other.scale
             && self.unit == other.unit
             && self.is_quantity == other.is_quantity
+            && self.bits == other.bits
+            && self.values == other.values
             && self.condition == other.condition
     }
 }

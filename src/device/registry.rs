@@ -3,15 +3,27 @@
 use std::sync::Arc;
 
 use crate::decode::frame::Role;
-use crate::decode::shape::{Quirk, Shapes};
+use crate::decode::shape::{Form, Quirk, Shapes};
 
 use super::profile::{Command, FieldSpec, NEW_ADDRESS, Profile, SERIAL_NUMBER};
 
 /// Profiles built into the program, in the order in which they are listed.
-const BUILT_IN: [(&str, &str); 3] = [
+const BUILT_IN: [(&str, &str); 15] = [
     ("yosemitech-do", include_str!("profiles/yosemitech-do.toml")),
     ("yosemitech-sonde", include_str!("profiles/yosemitech-sonde.toml")),
     ("yosemitech-conductivity", include_str!("profiles/yosemitech-conductivity.toml")),
+    ("yosemitech-turbidity", include_str!("profiles/yosemitech-turbidity.toml")),
+    ("yosemitech-turb-wiper", include_str!("profiles/yosemitech-turb-wiper.toml")),
+    ("yosemitech-chlorophyll", include_str!("profiles/yosemitech-chlorophyll.toml")),
+    ("yosemitech-bga", include_str!("profiles/yosemitech-bga.toml")),
+    ("yosemitech-cod", include_str!("profiles/yosemitech-cod.toml")),
+    ("yosemitech-ph", include_str!("profiles/yosemitech-ph.toml")),
+    ("yosemitech-orp", include_str!("profiles/yosemitech-orp.toml")),
+    ("yosemitech-ammonium", include_str!("profiles/yosemitech-ammonium.toml")),
+    ("yosemitech-depth", include_str!("profiles/yosemitech-depth.toml")),
+    ("yosemitech-tss", include_str!("profiles/yosemitech-tss.toml")),
+    ("yosemitech-oil", include_str!("profiles/yosemitech-oil.toml")),
+    ("yosemitech-sonde-v2", include_str!("profiles/yosemitech-sonde-v2.toml")),
 ];
 
 /// Is a set of profiles, by their index in the registry.
@@ -232,10 +244,16 @@ fn shapes_of<'a>(profiles: impl Iterator<Item = &'a Profile>) -> Shapes {
             let (function, start_register) = command.key();
             let quirk = |&form| Quirk { function, start_register, form };
             shapes.quirks.extend(command.forms.iter().map(quirk));
+            if command.forms.contains(&Form::CountsRegisters) {
+                let counts = command.quantities.iter().filter_map(|&quantity| u8::try_from(quantity).ok());
+                shapes.register_counts.extend(counts.map(|count| (function, count)));
+            }
         }
     }
     shapes.quirks.sort_unstable();
     shapes.quirks.dedup();
+    shapes.register_counts.sort_unstable();
+    shapes.register_counts.dedup();
     shapes.service_addresses.sort_unstable();
     shapes.service_addresses.dedup();
     shapes
@@ -296,7 +314,6 @@ fn declare((profile, command): (usize, &Command), index: usize, all: &[(usize, &
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::decode::shape::Form;
 
     #[test]
     fn the_built_in_profiles_are_right_and_listed_in_order() {
@@ -304,19 +321,22 @@ mod tests {
             let profile = Profile::from_toml(text, name).unwrap_or_else(|error| panic!("{error}"));
             assert_eq!(&*profile.id, name);
         }
-        let ids: Vec<_> = Profiles::built_in().iter().map(|profile| profile.id.to_string()).collect();
-        assert_eq!(ids, ["yosemitech-do", "yosemitech-sonde", "yosemitech-conductivity"]);
+        let built_in = Profiles::built_in();
+        let ids: Vec<_> = built_in.iter().map(|profile| &*profile.id).collect();
+        assert_eq!(ids, BUILT_IN.map(|(id, _)| id));
+        assert!(built_in.iter().all(|profile| profile.confidence.is_some()));
     }
 
     #[test]
     fn the_framer_learns_every_frame_form_of_the_manuals() {
         let shapes = Profiles::built_in().shapes();
-        for (function, register) in [(3, 0x2500), (3, 0x2E00), (16, 0x1C00), (16, 0x2F00)] {
+        for (function, register) in [(3, 0x2500), (3, 0x2E00), (16, 0x1C00), (16, 0x2F00), (16, 0x3100)] {
             assert!(shapes.declares(function, register, Form::ZeroQuantity), "{function} {register:#06x}");
         }
         assert!(shapes.declares(3, 0x2500, Form::UncountedData));
         assert!(shapes.declares(3, 0x2E00, Form::UncountedData));
         assert!(!shapes.declares(3, 0x2600, Form::ZeroQuantity), "a measurement has registers");
+        assert_eq!(shapes.register_counts, [(3, 12)], "K1 to K6 of pH probes");
         assert_eq!(shapes.service_addresses, [0xFF]);
     }
 
@@ -326,7 +346,7 @@ mod tests {
         let text = "id = \"yosemitech-do\"\nname = \"mine\"\n[[command]]\nname = \"get-level\"\nfunction = 3\n\
                     register = 0x10\nquantities = [1]";
         profiles.add(Profile::from_toml(text, "mine.toml").expect("a profile"));
-        assert_eq!(profiles.iter().count(), 3);
+        assert_eq!(profiles.iter().count(), BUILT_IN.len());
         assert_eq!(profiles.get("yosemitech-do").map(|profile| &*profile.name), Some("mine"));
         assert!(profiles.find(16, 0x2700).is_none(), "the index follows");
     }

@@ -114,11 +114,13 @@ fn every_frame_of_the_manuals_is_one_and_every_exchange_has_its_command() {
 }
 
 #[test]
-fn the_real_probe_is_followed_but_not_taken_for_another() {
-    assert_eq!(count(&rows("y511.hex", "frames"), "type"), counts([("frame", 20)]));
+fn the_real_probe_is_known_by_its_serial_number() {
+    assert_eq!(count(&rows("y511.hex", "frames"), "type"), counts([("frame", 20), ("identified", 1)]));
     let transactions = rows("y511.hex", "transactions");
     assert_eq!(count(&transactions, "outcome"), counts([("answered", 10)]));
-    assert_eq!(count(&transactions, "device"), counts([("none", 10)]));
+    assert_eq!(count(&transactions, "device"), counts([("yosemitech-turb-wiper", 10)]));
+    let readings = rows("y511.hex", "readings");
+    assert_eq!(count(&readings, "quantity"), counts([("temperature", 1), ("turbidity", 1)]));
 }
 
 #[test]

@@ -58,4 +58,6 @@ golden! {
     times_that_go_back: "decode - --show frames --time utc", "# line 9600-8N1\n9.0 01 03 26 00 00 04 4F 41\n1.0 FF\n2.0 FF\n";
     a_slip_in_hex_text: "decode - --input-format hex", "# line 9600-8N1\n1.0 01 03 26 00 00 04 4F 41\n1.5 01 0G\n";
     profiles: "profiles", "";
+    a_profile_that_is_not_sure: "profiles show yosemitech-depth", "";
+    a_drafted_profile: "profiles new - --address 3", include_str!("../../captures/y511.hex");
 }

@@ -8,6 +8,7 @@ mod golden;
 mod imports;
 mod input;
 mod ports;
+mod profiles;
 mod recordings;
 mod rows;
 mod wireshark;

@@ -15,9 +15,6 @@ use crate::decode::framer::reading::Readings;
 use crate::decode::framer::score;
 use crate::decode::framer::weigh::{Context, readings, zero_extension};
 
-/// Bytes of the requests of most functions.
-const SHORT: usize = 8;
-
 /// Says what the bytes after the root are.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Glance {
@@ -63,13 +60,10 @@ fn look(offset: u64, outstanding: Option<&Outstanding>, bytes: &[u8], context: &
         return Glance::Unsure;
     }
     let Some(length) = shortest_good(list, bytes) else {
-        let next = next_length(list, bytes.len());
-        if next.is_none() && !found.undecided || hides_frame(within, context) {
-            return Glance::Unsure;
-        }
-        // Little more is waited for blindly: another frame may show itself sooner.
-        let expected = next.filter(|next| !found.undecided && *next <= SHORT);
-        return Glance::Wait(offset + expected.unwrap_or(bytes.len() + 1) as u64);
+        let waits = found.undecided || next_length(list, bytes.len()).is_some();
+        let waits = waits && !hides_frame(within, context);
+        // The next byte may show another frame.
+        return if waits { Glance::Wait(context.store.end() + 1) } else { Glance::Unsure };
     };
     let frame = &bytes[..length];
     if hides_frame(frame, context) {

@@ -38,6 +38,22 @@ fn a_right_profile_is_read() {
 }
 
 #[test]
+fn models_source_and_confidence_are_read_and_checked() {
+    let name = "name = \"level probe\"";
+    let with = |keys: &str| format!("{name}\n{keys}");
+    let text = GOOD.replacen(name, &with("models = [\"L1\"]\nsource = \"code\"\nconfidence = \"low\""), 1);
+    let profile = profile(&text).expect("a profile");
+    assert_eq!((&*profile.models[0], profile.source), ("L1", Source::Code));
+    assert_eq!(profile.confidence, Some(Confidence::Low));
+    assert_said(
+        name,
+        &with("confidence = \"hihg\""),
+        &["3:14: 'hihg' is no confidence; did you mean 'high'?"],
+    );
+    assert_said(name, &with("models = \"L1\""), &["3:10: 'models' is of type string, not a list"]);
+}
+
+#[test]
 fn an_error_names_text_line_and_column() {
     let text = GOOD.replace("offset = 0", "offset = -1");
     let error = Profile::from_toml(&text, "acme.toml").expect_err("a negative offset");

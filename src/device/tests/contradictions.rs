@@ -16,9 +16,9 @@ fn another_serial_number_is_another_device() {
 fn a_serial_number_of_no_known_type_takes_the_device_away() {
     let mut bus = Bus::new();
     bus.identifies(serial_number(3, 0, "YL0114010022"));
-    let (identified, told) = bus.happens(serial_number(3, 0x29, "YL2917050209"));
+    let (identified, told) = bus.happens(serial_number(3, 0x99, "YL9917050209"));
     assert_eq!(identified, None);
-    assert_eq!(told, Told { serial_number: Some("YL2917050209".into()), ..Told::default() });
+    assert_eq!(told, Told { serial_number: Some("YL9917050209".into()), ..Told::default() });
     let told = bus.tells(measurement(3, 4));
     assert_eq!((told.candidates.len(), told.fields.len(), told.readings.len()), (0, 0, 0), "shown raw");
     assert_eq!(bus.identifies(sonde_data(3)), None, "not even by a fingerprint");
@@ -28,11 +28,11 @@ fn a_serial_number_of_no_known_type_takes_the_device_away() {
 #[test]
 fn a_serial_number_of_no_known_type_moves_with_its_device() {
     let mut bus = Bus::new();
-    bus.tells(serial_number(5, 0x36, "YL3617022701"));
+    bus.tells(serial_number(5, 0x99, "YL9917022701"));
     bus.tells(set_address(5, 3));
     let told = bus.tells(measurement(3, 5));
-    assert_eq!((told.serial_number.as_deref(), told.fields.len()), (Some("YL3617022701"), 0));
-    assert_eq!(bus.tells(measurement(5, 5)).candidates, [DO, CONDUCTIVITY]);
+    assert_eq!((told.serial_number.as_deref(), told.fields.len()), (Some("YL9917022701"), 0));
+    assert_eq!(bus.tells(measurement(5, 5)).candidates, SINGLE_PROBES);
 }
 
 #[test]
@@ -73,10 +73,10 @@ fn the_fingerprint_of_another_device_means_that_it_was_swapped() {
 
 #[test]
 fn registers_that_no_single_profile_has_leave_no_candidate() {
-    // A newer sonde answers two registers at 0x2602, as the conductivity probe, and at 0x2601.
     let mut bus = Bus::new();
-    assert_eq!(bus.tells(answered("01 03 2602 0002", "01 03 04 00008d41")).candidates, [CONDUCTIVITY]);
-    let told = bus.tells(answered("01 03 2601 0002", "01 03 04 00008d41"));
+    let told = bus.tells(answered("01 03 2602 0002", "01 03 04 00008d41"));
+    assert_eq!(told.candidates, [CONDUCTIVITY, SONDE_V2]);
+    let told = bus.tells(answered("01 03 1200 0002", "01 03 04 00008d41"));
     assert_eq!(told, Told::default());
     let identified = bus.identifies(sonde_data(1)).expect("a fingerprint outweighs registers");
     assert_eq!(&*identified.device, SONDE);
@@ -91,24 +91,24 @@ fn a_fingerprint_in_another_quantity_or_length_is_none() {
 
 #[test]
 fn an_answer_at_a_register_that_no_profile_knows_leaves_no_candidate() {
-    let unknown = || answered("03 10 3100 0000 00", "03 10 3100 0000");
-    let refused = answered("03 10 3100 0000 00", "03 90 02").with_outcome(Outcome::Exception);
+    let unknown = || answered("03 10 4100 0000 00", "03 10 4100 0000");
+    let refused = answered("03 10 4100 0000 00", "03 90 02").with_outcome(Outcome::Exception);
     let mut bus = Bus::new();
     bus.tells(measurement(3, 4));
-    for unaccepted in [asked("03 10 3100 0000 00"), refused] {
+    for unaccepted in [asked("03 10 4100 0000 00"), refused] {
         let told = bus.tells(unaccepted);
-        assert_eq!((told.candidates, told.command), (vec![DO.into(), CONDUCTIVITY.into()], None));
+        assert_eq!((told.candidates, told.command), (SINGLE_PROBES.map(String::from).to_vec(), None));
     }
     assert_eq!(bus.tells(unknown()), Told::default());
     assert_eq!(bus.tells(measurement(3, 4)), Told::default(), "shown raw");
-    bus.tells(serial_number(3, 0x29, "YL2917050209"));
+    bus.tells(serial_number(3, 0x99, "YL9917050209"));
     assert_eq!(bus.identifies(sonde_data(3)), None, "its serial number is the maker's, of no known kind");
     assert!(bus.identifies(serial_number(3, 0, "YL0114010022")).is_some(), "until it is swapped");
     bus.tells(unknown());
     assert_eq!(bus.tells(measurement(3, 4)).device.as_deref(), Some(DO), "what is known stays so");
-    bus.tells(answered("04 10 3100 0000 00", "04 10 3100 0000"));
+    bus.tells(answered("04 10 4100 0000 00", "04 10 4100 0000"));
     assert!(bus.identifies(sonde_data(4)).is_some(), "a fingerprint outweighs registers");
-    bus.tells(answered("04 10 3100 0000 00", "04 10 3100 0000"));
+    bus.tells(answered("04 10 4100 0000 00", "04 10 4100 0000"));
     assert_eq!(bus.tells(sonde_data(4)).device.as_deref(), Some(SONDE));
 }
 
@@ -128,7 +128,7 @@ fn text_that_is_no_serial_number_is_not_taken_for_one() {
     for exchange in [zeros, garbage] {
         let (identified, told) = bus.happens(exchange);
         assert_eq!((identified, told.serial_number), (None, None));
-        assert_eq!(told.candidates, [DO, CONDUCTIVITY]);
+        assert_eq!(told.candidates, SINGLE_PROBES);
     }
 }
 
@@ -163,7 +163,7 @@ fn profiles_that_disagree_give_neither_command_nor_field() {
     profiles.add(Profile::from_toml(text, "ph.toml").expect("a profile"));
     let mut bus = Bus::with_profiles(profiles);
     let told = bus.tells(answered("01 03 0E00 0001", "01 03 02 1E00"));
-    assert_eq!(told.candidates, [SONDE, "ph"]);
+    assert_eq!(told.candidates, [SONDE, PH, ORP, "ph"]);
     assert_eq!((told.command, told.fields), (None, vec![]), "names of commands and units of fields differ");
     assert_eq!(told.likely, Some((SONDE.into(), "get-brush-interval".into())));
     assert_eq!(told.likely_fields, ["brush_interval 30 min"]);

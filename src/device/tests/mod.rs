@@ -1,6 +1,7 @@
 //! What the parts do together: stories of a bus, texts for people, and any bytes at all.
 
 mod contradictions;
+mod family;
 mod properties;
 mod stories;
 mod texts;
@@ -131,6 +132,38 @@ impl Told {
 const DO: &str = "yosemitech-do";
 const SONDE: &str = "yosemitech-sonde";
 const CONDUCTIVITY: &str = "yosemitech-conductivity";
+const TURBIDITY: &str = "yosemitech-turbidity";
+const TURBIDITY_WIPER: &str = "yosemitech-turb-wiper";
+const CHLOROPHYLL: &str = "yosemitech-chlorophyll";
+const BGA: &str = "yosemitech-bga";
+const COD: &str = "yosemitech-cod";
+const PH: &str = "yosemitech-ph";
+const ORP: &str = "yosemitech-orp";
+const AMMONIUM: &str = "yosemitech-ammonium";
+const DEPTH: &str = "yosemitech-depth";
+const SOLIDS: &str = "yosemitech-tss";
+const OIL: &str = "yosemitech-oil";
+const SONDE_V2: &str = "yosemitech-sonde-v2";
+
+/// Has one register for the serial number and one for the measurement: all but the sondes.
+const SINGLE_PROBES: [&str; 13] = [
+    DO,
+    CONDUCTIVITY,
+    TURBIDITY,
+    TURBIDITY_WIPER,
+    CHLOROPHYLL,
+    BGA,
+    COD,
+    PH,
+    ORP,
+    AMMONIUM,
+    DEPTH,
+    SOLIDS,
+    OIL,
+];
+
+/// Starts by a read at 0x2500, and sends the temperature first.
+const OPTICAL_PROBES: [&str; 8] = [DO, TURBIDITY, TURBIDITY_WIPER, CHLOROPHYLL, BGA, COD, SOLIDS, OIL];
 
 /// Returns a read of the serial number by the single probes' register, with its answer.
 fn serial_number(address: u8, type_byte: u8, text: &str) -> Exchange {

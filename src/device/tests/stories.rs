@@ -29,7 +29,7 @@ fn the_byte_before_a_serial_number_names_the_device_where_its_text_does_not() {
     let identified = bus.identifies(serial_number(1, 0x09, "161121010000")).expect("identified");
     assert_eq!(&*identified.device, CONDUCTIVITY);
     assert_eq!(bus.identifies(serial_number(2, 0x00, "161121010000")), None);
-    assert_eq!(bus.tells(measurement(2, 4)).candidates, [DO, CONDUCTIVITY]);
+    assert_eq!(bus.tells(measurement(2, 4)).candidates, SINGLE_PROBES);
 }
 
 #[test]
@@ -73,7 +73,7 @@ fn a_request_alone_proves_only_what_the_master_believes() {
     assert_eq!(bus.identifies(refused), None);
     let damaged = Exchange { request_damaged: true, ..sonde_data(5).with_outcome(Outcome::Damaged) };
     assert_eq!(bus.identifies(damaged), None);
-    assert_eq!(bus.tells(asked("05 03 2600 0004")).candidates, [DO, CONDUCTIVITY], "nothing was learnt");
+    assert_eq!(bus.tells(asked("05 03 2600 0004")).candidates, SINGLE_PROBES, "nothing was learnt");
     assert!(bus.identifies(sonde_data(5).with_outcome(Outcome::Late)).is_some(), "late is accepted");
 }
 
@@ -81,18 +81,18 @@ fn a_request_alone_proves_only_what_the_master_believes() {
 fn registers_narrow_the_candidates_but_name_no_device() {
     let mut bus = Bus::new();
     let told = bus.tells(measurement(1, 4));
-    assert_eq!(told.candidates, [DO, CONDUCTIVITY]);
+    assert_eq!(told.candidates, SINGLE_PROBES);
     assert_eq!(told.command.as_deref(), Some("get-measurement"));
-    assert_eq!(told.fields, ["temperature 17.625 °C"]);
+    assert_eq!(told.fields.len(), 0, "pH and ORP probes have a potential where others have the temperature");
     let (identified, told) = bus.happens(optical_start(1));
     assert_eq!((identified, told.device), (None, None), "turbidity probes start so too");
-    assert_eq!(told.candidates, [DO]);
+    assert_eq!(told.candidates, OPTICAL_PROBES);
     assert_eq!(told.command.as_deref(), Some("start-measurement"));
     let told = bus.tells(measurement(1, 4));
-    assert_eq!(told.fields, ["temperature 17.625 °C"], "a candidate left over is not knowledge");
+    assert_eq!(told.fields, ["temperature 17.625 °C"], "on which all optical probes agree");
     assert_eq!(told.readings, told.fields, "nothing is derived either");
-    assert_eq!(told.likely, Some((DO.into(), "get-measurement".into())));
-    assert!(told.likely_fields[0].starts_with("do_saturation"), "{told:?}");
+    assert_eq!(told.likely, Some((TURBIDITY.into(), "get-measurement".into())));
+    assert_eq!(told.likely_fields, ["turbidity 17.625 NTU"], "no plausible saturation");
 }
 
 #[test]
@@ -100,7 +100,7 @@ fn a_contested_register_is_read_as_likely_only() {
     let mut bus = Bus::new();
     let (identified, told) = bus.happens(answered("01 03 0E00 0001", "01 03 02 1E00"));
     assert_eq!((identified, told.device), (None, None), "a pH probe answers with its calibration status");
-    assert_eq!(told.candidates, [SONDE]);
+    assert_eq!(told.candidates, [SONDE, PH, ORP]);
     assert_eq!((told.command, told.fields.len()), (None, 0));
     assert_eq!(told.likely, Some((SONDE.into(), "get-brush-interval".into())));
     assert_eq!(told.likely_fields, ["brush_interval 30 min"]);
@@ -110,7 +110,7 @@ fn a_contested_register_is_read_as_likely_only() {
     assert_eq!(told.fields, ["brush_interval 30 min"]);
     // A later sonde has its turbidity where the conductivity probe has its value.
     let told = bus.tells(answered("02 03 2602 0002", "02 03 04 00008d41"));
-    assert_eq!((told.device, told.candidates), (None, vec![CONDUCTIVITY.into()]));
+    assert_eq!((told.device, told.candidates), (None, vec![CONDUCTIVITY.into(), SONDE_V2.into()]));
     assert_eq!((told.command, told.fields.len(), told.readings.len()), (None, 0, 0));
     assert_eq!(told.likely, Some((CONDUCTIVITY.into(), "get-conductivity".into())));
 }
@@ -120,15 +120,21 @@ fn a_turbidity_probe_without_its_serial_number_is_read_as_no_other() {
     // Frames of a real Y511.
     let mut bus = Bus::new();
     let values = || answered("03 03 2600 0004", "03 03 08 0000C341 9C60B5C0");
-    assert_eq!(bus.tells(optical_start(3)).candidates, [DO]);
+    assert_eq!(bus.tells(optical_start(3)).candidates, OPTICAL_PROBES);
     let told = bus.tells(values());
-    assert_eq!((told.device, told.candidates), (None, vec![DO.into()]));
+    assert_eq!((told.device.as_deref(), &*told.candidates), (None, &OPTICAL_PROBES.map(String::from)[..]));
     assert_eq!(told.readings, ["temperature 24.375 °C"]);
     let told = bus.tells(answered("03 10 3100 0000 00", "03 10 3100 0000"));
-    assert_eq!(told, Told::default(), "no built-in profile has a wiper there");
-    assert_eq!(bus.tells(answered("03 03 3200 0001", "03 03 02 1E00")), Told::default());
-    assert_eq!(bus.tells(values()), Told::default(), "shown raw");
-    assert_eq!(bus.tells(optical_start(3)), Told::default());
+    assert_eq!(told.candidates, [TURBIDITY_WIPER, CHLOROPHYLL, BGA, COD], "those with a wiper");
+    assert_eq!(told.command.as_deref(), Some("start-brush"));
+    let told = bus.tells(answered("03 03 3200 0001", "03 03 02 1E00"));
+    assert_eq!(told.fields, ["brush_interval 30 min"]);
+    let told = bus.tells(values());
+    assert_eq!((told.device, &*told.readings), (None, &["temperature 24.375 °C".to_owned()][..]));
+    assert_eq!(told.likely, Some((TURBIDITY_WIPER.into(), "get-measurement".into())));
+    let named = bus.identifies(serial_number(3, 0x29, "YL2917050209")).expect("identified");
+    assert_eq!(&*named.device, TURBIDITY_WIPER);
+    assert_eq!(bus.tells(values()).fields, ["temperature 24.375 °C", "turbidity -5.668043 NTU"]);
 }
 
 #[test]
@@ -136,8 +142,10 @@ fn the_quantity_of_a_read_rules_out_no_profile() {
     // A conductivity probe answers 4 registers, a Y511 4, a Y510 5, an old DO probe 6, against their manuals.
     for quantity in [2, 4, 5, 6] {
         let mut bus = Bus::new();
+        assert_eq!(bus.tells(measurement(1, quantity)).candidates, SINGLE_PROBES, "{quantity}");
+        bus.tells(optical_start(1));
         let told = bus.tells(measurement(1, quantity));
-        assert_eq!(told.candidates, [DO, CONDUCTIVITY], "{quantity}");
+        assert_eq!(told.candidates, OPTICAL_PROBES, "{quantity}");
         assert_eq!(told.fields, ["temperature 17.625 °C"], "{quantity}");
     }
 }
@@ -181,8 +189,8 @@ fn an_address_change_that_nobody_acknowledged_moves_nothing() {
 fn what_is_known_of_candidates_moves_too() {
     let mut bus = Bus::new();
     bus.tells(optical_start(1));
-    assert_eq!(bus.tells(set_address(1, 2)).candidates, [DO]);
-    assert_eq!(bus.tells(measurement(2, 4)).candidates, [DO]);
+    assert_eq!(bus.tells(set_address(1, 2)).candidates, OPTICAL_PROBES);
+    assert_eq!(bus.tells(measurement(2, 4)).candidates, OPTICAL_PROBES);
 }
 
 #[test]
@@ -190,11 +198,11 @@ fn the_service_address_is_no_device() {
     let mut bus = Bus::new();
     let (identified, told) = bus.happens(answered("FF 03 3000 0001", "FF 03 02 0300"));
     assert_eq!((identified, told.device), (None, None));
-    assert_eq!(told.candidates, [DO, SONDE, CONDUCTIVITY]);
+    assert_eq!(told.candidates.len(), Profiles::built_in().iter().count(), "all have it");
     assert_eq!(told.command.as_deref(), Some("get-address"));
     assert_eq!(told.fields, ["current_address 3"]);
     assert_eq!(bus.identifies(serial_number(0xFF, 0, "YL0114010022")), None);
-    assert_eq!(bus.tells(measurement(0xFF, 4)).candidates, [DO, CONDUCTIVITY], "nothing was learnt");
+    assert_eq!(bus.tells(measurement(0xFF, 4)).candidates, SINGLE_PROBES, "nothing was learnt");
 }
 
 #[test]
