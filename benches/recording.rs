@@ -109,6 +109,7 @@ fn pipeline() -> Pipeline {
         first_frame_id: 0,
         first_transaction_id: 0,
         readings: false,
+        findings: false,
     };
     let profiles = Arc::new(Profiles::built_in());
     let shapes = profiles.shapes();

@@ -2,6 +2,7 @@
 
 mod export;
 mod live;
+mod verify;
 
 use std::path::PathBuf;
 
@@ -15,6 +16,8 @@ use crate::simulate::{Adapter, Scenario};
 use crate::time::MILLISECOND;
 pub use export::{Export, ExportKind, LinkKind};
 pub use live::{Line, Listen, Live, Record};
+pub use verify::{FailOn, PartyKind, Verify, VerifyFormat};
+pub(crate) use verify::{code, severity};
 
 /// Listens on a Modbus RTU bus without ever speaking, and says what the sensors said.
 #[derive(Debug, Parser)]
@@ -45,7 +48,7 @@ pub struct Cli {
 }
 
 const AFTER: &str = "\
-Exit status: 0 done, 2 could not do it.
+Exit status: 0 done, 1 'verify' found something, 2 could not do it.
 
 Examples:
   rtutap demo
@@ -53,6 +56,7 @@ Examples:
   rtutap record /dev/ttyUSB0 -o recordings/
   rtutap decode capture.hex
   rtutap decode capture.hex --show readings --format csv > readings.csv
+  rtutap verify capture.mcap
   rtutap info capture.hex
   rtutap export capture.hex -o capture.pcapng";
 
@@ -68,6 +72,9 @@ pub enum Command {
     /// Print a recording: frames, transactions or readings
     #[command(after_help = DECODE_EXAMPLES)]
     Decode(Decode),
+    /// Say what is wrong with a master, its devices or the line, with the evidence
+    #[command(after_help = verify::VERIFY_NOTES)]
+    Verify(Verify),
     /// Say what a recording holds: times, line, devices, counts
     Info(Info),
     /// Write a recording in another format
@@ -220,6 +227,10 @@ pub struct Info {
     #[arg(long, value_enum, default_value = "text")]
     pub format: InfoFormat,
 
+    /// Write what the master does as a plan in TOML, for 'verify --expect'
+    #[arg(long, conflicts_with_all = ["format", "time"])]
+    pub plan: bool,
+
     /// How to show times in text [default: local]
     #[arg(long, value_enum, env = "RTUTAP_TIME", hide_env_values = true)]
     pub time: Option<TimeKind>,
@@ -250,7 +261,7 @@ pub struct Bus {
 }
 
 /// Holds what is known of devices and water.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub struct Equipment {
     /// Say what device is at an address, such as 3=yosemitech-do; may be repeated
     #[arg(long = "device", value_name = "ADDRESS=PROFILE", value_parser = assignment)]
@@ -395,7 +406,7 @@ pub enum ShowKind {
     Transactions,
     /// Measured and derived values
     Readings,
-    /// What is wrong with the traffic; this version has no rules yet
+    /// What is wrong with the traffic
     Findings,
 }
 

@@ -10,7 +10,8 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 use etcetera::BaseStrategy;
 
-use crate::cli::{self, Assignment, Command, Nanoseconds, RowFormat, ShowKind, TimeKind};
+use crate::analyze::verify::Severity;
+use crate::cli::{self, Assignment, Command, FailOn, Nanoseconds, RowFormat, ShowKind, TimeKind};
 use crate::section::{self, Located, Problem, Section};
 
 /// Holds what a configuration file says; what it does not say is `None` or empty.
@@ -34,6 +35,12 @@ pub struct Config {
     pub format: Option<RowFormat>,
     /// How to show times.
     pub time: Option<TimeKind>,
+    /// From which severity on `verify` fails.
+    pub fail_on: Option<FailOn>,
+    /// Codes of findings that `verify` leaves out.
+    pub ignore: Vec<String>,
+    /// Severities that `verify` gives to codes.
+    pub severities: Vec<(String, Severity)>,
 }
 
 /// Says why a configuration file could not be used.
@@ -129,6 +136,16 @@ impl Config {
                 self.complete_live(&mut args.live);
             }
             Command::Record(args) => self.complete_live(&mut args.live),
+            Command::Verify(args) => {
+                args.time = args.time.or(self.time);
+                args.fail_on = args.fail_on.or(self.fail_on);
+                args.ignore.extend(self.ignore.iter().cloned());
+                args.severities.clone_from(&self.severities);
+                // A recording has nothing to find; a live source is searched when that is asked for.
+                args.line = args.line.or(self.line.filter(|line| *line != cli::Line::Auto));
+                args.adapter_hold = args.adapter_hold.or(self.adapter_hold);
+                self.complete_equipment(&mut args.equipment);
+            }
             Command::Info(args) => {
                 args.time = args.time.or(self.time);
                 self.complete_bus(&mut args.bus);
@@ -185,6 +202,7 @@ fn usual_path() -> Option<PathBuf> {
 
 fn read(section: &Section<'_>) -> Option<Config> {
     let profiles = section.strings("profiles").unwrap_or_default();
+    let verify = section.section("verify").map(|section| verify(&section)).unwrap_or_default();
     let config = Config {
         line: section.string("line").and_then(|line| checked(section, line.at, line.value.parse())),
         adapter_hold: number(section, "adapter-hold", cli::milliseconds),
@@ -197,9 +215,32 @@ fn read(section: &Section<'_>) -> Option<Config> {
             .map(|words| words.into_iter().filter_map(|word| choice(section, "show", word)).collect()),
         format: section.string("format").and_then(|word| choice(section, "format", word)),
         time: section.string("time").and_then(|word| choice(section, "time", word)),
+        ..verify
     };
     section.finish();
     Some(config)
+}
+
+/// Reads what `verify` is to make of findings.
+fn verify(section: &Section<'_>) -> Config {
+    let ignored = section.strings("ignore").unwrap_or_default();
+    let severities = section.section("severity").map(|section| severities(&section)).unwrap_or_default();
+    let config = Config {
+        fail_on: section.string("fail-on").and_then(|word| choice(section, "fail-on", word)),
+        ignore: ignored.iter().filter_map(|it| checked(section, it.at, cli::code(it.value))).collect(),
+        severities,
+        ..Config::default()
+    };
+    section.finish();
+    config
+}
+
+fn severities(section: &Section<'_>) -> Vec<(String, Severity)> {
+    let severities = section.texts().into_iter().filter_map(|(code, severity)| {
+        let known = checked(section, code.at, cli::code(code.value))?;
+        Some((known, checked(section, code.at, cli::severity(severity))?))
+    });
+    severities.collect()
 }
 
 /// Notes what is wrong with a value.

@@ -5,6 +5,7 @@
 
 use std::sync::Arc;
 
+use crate::analyze::verify::{Finding, Verifier};
 use crate::decode::chunk::{Chunk, LineError, ReadTime};
 pub use crate::decode::chunk::{Lost, LostKind};
 use crate::decode::damage::{self, Surroundings};
@@ -16,7 +17,7 @@ use crate::decode::pdu;
 use crate::decode::shape::Shapes;
 use crate::decode::store::Store;
 use crate::decode::transaction::{Outcome, Side, Transaction};
-use crate::device::{Devices, Identified, Meaning, Reading};
+use crate::device::{Devices, Identified, Meaning, Profiles, Reading};
 use crate::line::LineSettings;
 use crate::time::{Span, Timestamp};
 
@@ -33,6 +34,8 @@ pub struct Options {
     pub first_transaction_id: u64,
     /// Whether readings are wanted as events.
     pub readings: bool,
+    /// Whether findings are wanted as events.
+    pub findings: bool,
 }
 
 /// Is what comes out of the pipeline, in the order in which nothing can change it any more.
@@ -57,6 +60,8 @@ pub enum Event<'a> {
         transaction: Transaction<'a>,
         /// What it means, by what was known then.
         meaning: Meaning<'a>,
+        /// The codes of the findings it proved, which come after it and its readings.
+        codes: &'a [&'static str],
     },
     /// A measured or derived quantity, right after its transaction.
     Reading {
@@ -69,6 +74,8 @@ pub enum Event<'a> {
         /// Id of the transaction.
         transaction: u64,
     },
+    /// Something wrong in the traffic, right after the row that proved it and that row's readings.
+    Finding(&'a Finding),
 }
 
 /// A transaction whose events are still to come.
@@ -105,6 +112,21 @@ enum Stage {
     },
 }
 
+/// Judges the rows that come out.
+struct Verifying {
+    verifier: Verifier,
+    /// The finding handed out last.
+    finding: Option<Finding>,
+    /// The codes of what the current transaction proved.
+    codes: Vec<&'static str>,
+}
+
+impl Verifying {
+    fn new(line: LineSettings, profiles: Arc<Profiles>) -> Self {
+        Verifying { verifier: Verifier::new(line, profiles), finding: None, codes: Vec::new() }
+    }
+}
+
 /// From how many bytes on it is worth looking which are still needed.
 const FORGET_FROM: usize = 512;
 
@@ -116,6 +138,7 @@ pub struct Pipeline {
     shapes: Arc<Shapes>,
     line: LineSettings,
     readings: bool,
+    verifying: Option<Box<Verifying>>,
     next_frame: u64,
     next_transaction: u64,
     /// Offset after the last frame handed over by the framer.
@@ -136,6 +159,8 @@ impl Pipeline {
     /// Makes a pipeline for a bus with these devices; `shapes` are the forms that profiles declare.
     pub fn new(options: Options, devices: Devices, shapes: Shapes) -> Self {
         let shapes = Arc::new(shapes);
+        let verifying = || Box::new(Verifying::new(options.line, Arc::clone(devices.profiles())));
+        let verifying = options.findings.then(verifying);
         Pipeline {
             framer: Framer::new(options.line, options.adapter_hold_ns, Arc::clone(&shapes)),
             pairing: Pairing::default(),
@@ -143,6 +168,7 @@ impl Pipeline {
             shapes,
             line: options.line,
             readings: options.readings,
+            verifying,
             next_frame: options.first_frame_id,
             next_transaction: options.first_transaction_id,
             frame_end: None,
@@ -429,13 +455,19 @@ impl Pipeline {
 
     /// Returns the next event. Take them all after each call that takes something in.
     pub fn poll_event(&mut self) -> Option<Event<'_>> {
+        if self.verifying.is_some()
+            && !matches!(self.current, Some(Current { stage: Stage::Reading { .. }, .. }))
+            && self.next_finding()
+        {
+            return self.verifying.as_ref()?.finding.as_ref().map(Event::Finding);
+        }
         while self.current.is_none() {
             match self.pairing.take() {
                 Some(Settled::Item(item, choice)) => return Some(self.item_event(item, choice)),
                 Some(Settled::Transaction(assembled)) => self.set_current(assembled, Stage::Observe),
                 None if self.pump_one(true) => {}
                 // What was decided before it was lost comes before it.
-                None => return self.lost.take().map(Event::Lost),
+                None => return self.lost_event(),
             }
         }
         match self.current.as_ref()?.stage {
@@ -443,6 +475,21 @@ impl Pipeline {
             Stage::Observe | Stage::Say => self.transaction_event(),
             Stage::Reading { next, count } => self.reading_event(next, count),
         }
+    }
+
+    /// Takes the next finding, if there is one.
+    fn next_finding(&mut self) -> bool {
+        let Some(verifying) = &mut self.verifying else { return false };
+        verifying.finding = verifying.verifier.pop();
+        verifying.finding.is_some()
+    }
+
+    fn lost_event(&mut self) -> Option<Event<'_>> {
+        let lost = self.lost.take()?;
+        if let Some(verifying) = &mut self.verifying {
+            verifying.verifier.lost(&lost);
+        }
+        Some(Event::Lost(lost))
     }
 
     /// Hands out the next frame of the current exchange.
@@ -474,7 +521,11 @@ impl Pipeline {
             gap_before: self.gap_before(part.offset, part.time),
             line_errors: &self.line_errors,
         };
-        Some(Event::Frame(Frame { place, role, echo: false, boundary: Boundary::Length, confidence }))
+        let frame = Frame { place, role, echo: false, boundary: Boundary::Length, confidence };
+        if let Some(verifying) = &mut self.verifying {
+            verifying.verifier.frame(&frame, self.framer.stamper());
+        }
+        Some(Event::Frame(frame))
     }
 
     /// Tells what the current transaction says of its device, then what it means.
@@ -498,7 +549,14 @@ impl Pipeline {
             0 => self.current = None,
             _ => current.stage = Stage::Reading { next: 0, count },
         }
-        Some(Event::Transaction { transaction, meaning })
+        let mut codes: &[&'static str] = &[];
+        if let Some(verifying) = &mut self.verifying {
+            verifying.verifier.transaction(&transaction, &meaning);
+            verifying.codes.clear();
+            verifying.codes.extend(verifying.verifier.found().map(|finding| finding.rule.code));
+            codes = &verifying.codes;
+        }
+        Some(Event::Transaction { transaction, meaning, codes })
     }
 
     // Kept out of the way of exchanges, which need far less of the stack.
@@ -535,10 +593,18 @@ impl Pipeline {
                 } else {
                     Role::Response
                 };
-                Event::Frame(Frame { place, role, echo, boundary, confidence })
+                let frame = Frame { place, role, echo, boundary, confidence };
+                if let Some(verifying) = &mut self.verifying {
+                    verifying.verifier.frame(&frame, self.framer.stamper());
+                }
+                Event::Frame(frame)
             }
             What::Run { reason, role, address, function } => {
-                Event::Damaged(Damaged { place, reason, role, address, function })
+                let damaged = Damaged { place, reason, role, address, function };
+                if let Some(verifying) = &mut self.verifying {
+                    verifying.verifier.damaged(&damaged);
+                }
+                Event::Damaged(damaged)
             }
         }
     }

@@ -15,8 +15,14 @@ fn seen_without_profiles() -> Drafter {
     let scenario = *Scenario::all().iter().find(|it| it.name == "installation").expect("a scenario");
     let line = "9600-8N1".parse().expect("a line setting");
     let reads: Vec<Read> = support::traffic::simulated(scenario, Adapter::Ftdi16, line, 5, 6000);
-    let options =
-        Options { line, adapter_hold_ns: None, first_frame_id: 0, first_transaction_id: 0, readings: false };
+    let options = Options {
+        line,
+        adapter_hold_ns: None,
+        first_frame_id: 0,
+        first_transaction_id: 0,
+        readings: false,
+        findings: false,
+    };
     let profiles = Arc::new(Profiles::default());
     let shapes = profiles.shapes();
     let mut pipeline = Pipeline::new(options, Devices::new(profiles, Environment::default()), shapes);
@@ -32,7 +38,7 @@ fn seen_without_profiles() -> Drafter {
 
 fn take(pipeline: &mut Pipeline, drafter: &mut Drafter) {
     while let Some(event) = pipeline.poll_event() {
-        if let Event::Transaction { transaction, meaning } = event {
+        if let Event::Transaction { transaction, meaning, .. } = event {
             drafter.observe("bus0", &transaction, meaning.device(), meaning.candidates());
         }
     }

@@ -85,7 +85,7 @@ fn check_rows(mut pipeline: Pipeline, reads: &[Read]) {
                     check_span(transaction.latency);
                 }
                 Event::Reading { transaction, .. } => assert_eq!(transaction + 1, transactions),
-                Event::Identified { .. } | Event::Lost(_) => {}
+                Event::Identified { .. } | Event::Lost(_) | Event::Finding(_) => {}
             }
         }
         assert!(pipeline.settled_frame_id() <= pipeline.next_ids().0);

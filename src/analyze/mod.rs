@@ -3,3 +3,5 @@ pub mod connection;
 pub mod draft;
 pub mod filter;
 pub mod line_search;
+pub mod plan;
+pub mod verify;

@@ -157,7 +157,7 @@ fn size(text: &str) -> Result<u64, String> {
 }
 
 /// Reads a length of time.
-fn length(text: &str) -> Result<Nanoseconds, String> {
+pub(super) fn length(text: &str) -> Result<Nanoseconds, String> {
     let second = SECOND as f64;
     let units = [
         ("ms", MILLISECOND as f64),

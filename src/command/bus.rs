@@ -145,6 +145,7 @@ pub(super) fn profile(file: &Path) -> Result<Profile, Failure> {
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Wanted {
     pub(super) readings: bool,
+    pub(super) findings: bool,
     /// Whether rows are printed as they come.
     pub(super) prints: bool,
     /// Whether to wait for recordings to grow.
@@ -177,6 +178,7 @@ pub(super) fn read(
         devices: devices(&args.equipment, profiles)?,
         profiles: Arc::clone(profiles),
         readings: wanted.readings,
+        findings: wanted.findings,
         decodes: wanted.decodes(),
         redacts: wanted.redacted,
     };

@@ -15,6 +15,7 @@ pub(super) fn run(args: &cli::Decode, verbose: bool) -> Result<(), Failure> {
     printing.heading(&mut output.buffer);
     let wanted = Wanted {
         readings: printing.shows_readings(),
+        findings: printing.needs_findings(),
         prints: true,
         follow: args.follow,
         ..Wanted::default()

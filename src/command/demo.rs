@@ -54,6 +54,7 @@ pub(super) fn run(args: &cli::Demo, verbose: bool) -> Result<(), Failure> {
         rows: Some((printing, output)),
         recording: None,
         info: Some(Info::new(&profiles)),
+        audit: None,
         status: Status::new(false, true),
         stop,
         duration_ns: Some(u64::from(args.duration).saturating_mul(SECOND as u64)),

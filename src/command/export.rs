@@ -35,7 +35,8 @@ pub(super) fn run(args: &cli::Export) -> Result<(), Failure> {
         derived: false,
     };
     let readings = !matches!(kind, ExportKind::Hex | ExportKind::Pcapng);
-    let wanted = Wanted { readings, redacted: args.redact, ..Wanted::default() };
+    let findings = args.filter.is_some();
+    let wanted = Wanted { readings, findings, redacted: args.redact, ..Wanted::default() };
     let result = bus::read(&args.bus, &profiles, wanted, &mut exporter, |_| {});
     if exporter.begun {
         // What was decoded before something went wrong is written first.
@@ -62,8 +63,13 @@ fn write_mcap(args: &cli::Export, profiles: &Arc<Profiles>) -> Result<(), Failur
         let decoded = if args.filter.is_some() { "decoded messages: " } else { "" };
         scribe = scribe.with_remark(format!("{decoded}{}", remarks(args).join("; ")));
     }
-    let wanted =
-        Wanted { readings: true, redacted: args.redact, raw_only: args.raw_only, ..Wanted::default() };
+    let wanted = Wanted {
+        readings: true,
+        findings: true,
+        redacted: args.redact,
+        raw_only: args.raw_only,
+        ..Wanted::default()
+    };
     let result = bus::read(&args.bus, profiles, wanted, &mut scribe, |_| {});
     if scribe.has_begun() {
         scribe.finish()?;

@@ -13,6 +13,8 @@ use crate::config::ConfigError;
 pub(super) enum Failure {
     /// Nobody reads the output any more.
     ClosedPipe,
+    /// It was done, and what was found is grave enough to fail.
+    Findings,
     /// It could not be done.
     Problem {
         /// What was wrong, and where.

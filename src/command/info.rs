@@ -1,11 +1,15 @@
 //! `rtutap info`: says what a recording holds.
 
+use std::sync::Arc;
+
 use super::bus::{self, Wanted};
 use super::failure::Failure;
 use super::output::Output;
 use super::session::{Origin, Sink};
+use crate::analyze::plan::Draft;
 use crate::capture::mcap::Facts;
 use crate::cli::{self, InfoFormat};
+use crate::device::Profiles;
 use crate::pipeline::Event;
 use crate::report::Clock;
 use crate::report::info::{Info, Recording};
@@ -13,6 +17,9 @@ use crate::report::info::{Info, Recording};
 /// Runs the command.
 pub(super) fn run(args: &cli::Info) -> Result<(), Failure> {
     let profiles = bus::profiles(&args.bus.equipment.profiles, &args.bus.inputs)?;
+    if args.plan {
+        return write_plan(args, &profiles);
+    }
     let mut info = Info::new(&profiles);
     let mut recordings = Vec::new();
     let result = bus::read(&args.bus, &profiles, Wanted::default(), &mut info, |facts| {
@@ -27,6 +34,38 @@ pub(super) fn run(args: &cli::Info) -> Result<(), Failure> {
     };
     output.buffer.extend_from_slice(text.as_bytes());
     output.flush()
+}
+
+/// Writes down what the master does.
+fn write_plan(args: &cli::Info, profiles: &Arc<Profiles>) -> Result<(), Failure> {
+    let mut planner = Planner::default();
+    bus::read(&args.bus, profiles, Wanted::default(), &mut planner, |_| {})?;
+    let inputs: Vec<String> = args.bus.inputs.iter().map(|input| input.display().to_string()).collect();
+    let mut output = Output::stdout();
+    let heading = format!("# What the master of {} does: rtutap info --plan\n\n", inputs.join(", "));
+    output.buffer.extend_from_slice(heading.as_bytes());
+    output.buffer.extend_from_slice(planner.0.finish().to_string().as_bytes());
+    output.flush()
+}
+
+/// Gathers a plan.
+#[derive(Default)]
+struct Planner(Draft);
+
+impl Sink for Planner {
+    fn begin(&mut self, _origin: &Origin) -> Result<(), Failure> {
+        Ok(())
+    }
+
+    fn event(&mut self, _bus: &str, event: &Event<'_>) {
+        if let Event::Transaction { transaction, meaning, .. } = event {
+            self.0.transaction(transaction, meaning);
+        }
+    }
+
+    fn pause(&mut self, _settled_frame: u64, _waits: bool) -> Result<(), Failure> {
+        Ok(())
+    }
 }
 
 fn recording(facts: &Facts) -> Recording {

@@ -7,6 +7,7 @@ use super::bus;
 use super::failure::Failure;
 use super::live::{self, Job, Recording, Status};
 use super::printing::Printing;
+use super::session::Setup;
 use crate::capture::mcap::Options;
 use crate::cli;
 use crate::source::{Clock, SystemClock};
@@ -23,7 +24,11 @@ pub(super) fn run(args: &cli::Listen, verbose: bool) -> Result<(), Failure> {
     let equipment = &args.live.equipment;
     let profiles = bus::profiles(&equipment.profiles, &no_inputs)?;
     let (printing, output) = Printing::new(&args.printing, &profiles, verbose)?;
-    let setup = live::setup(&args.live, &profiles, printing.shows_readings() || args.record.is_some(), true)?;
+    let is_recorded = args.record.is_some();
+    let setup = Setup {
+        findings: printing.needs_findings() || is_recorded,
+        ..live::setup(&args.live, &profiles, printing.shows_readings() || is_recorded, true)?
+    };
     let stop = live::stop_flag()?;
     let clock: Arc<dyn Clock> = Arc::new(SystemClock);
     let anchor = live::anchor(&*clock);
@@ -51,6 +56,7 @@ pub(super) fn run(args: &cli::Listen, verbose: bool) -> Result<(), Failure> {
         rows: Some((printing, output)),
         recording,
         info: None,
+        audit: None,
         status: Status::new(false, true),
         stop,
         duration_ns: None,

@@ -24,6 +24,7 @@ mod recover;
 mod scribe;
 mod session;
 mod simulate;
+mod verify;
 
 use std::process::ExitCode;
 
@@ -31,13 +32,18 @@ use crate::cli::{self, Cli, Command};
 use crate::config::Config;
 use failure::Failure;
 
-/// Runs what the command line asks for; returns 0 when done, 2 when it could not be done.
+/// Runs what the command line asks for; returns 0 when done, 1 when `verify` found something, 2 when it could not
+/// be done.
 pub fn run(mut cli: Cli) -> ExitCode {
     match run_command(&mut cli) {
         // Who reads the output has had enough: nothing went wrong.
         Ok(()) | Err(Failure::ClosedPipe) => {
             tracing::info!("ends, done");
             ExitCode::SUCCESS
+        }
+        Err(Failure::Findings) => {
+            tracing::info!("ends, with findings");
+            ExitCode::from(1)
         }
         Err(Failure::Problem { message, hint }) => {
             message.lines().for_each(message::error);
@@ -72,6 +78,7 @@ fn run_command(cli: &mut Cli) -> Result<(), Failure> {
         Command::Listen(args) => listen::run(args, cli.verbose),
         Command::Record(args) => record::run(args),
         Command::Decode(args) => decode::run(args, cli.verbose),
+        Command::Verify(args) => verify::run(args, cli.verbose),
         Command::Info(args) => info::run(args),
         Command::Export(args) => export::run(args),
         Command::Recover(args) => recover::run(args),

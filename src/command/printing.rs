@@ -15,6 +15,7 @@ use crate::section::nearest;
 pub(super) struct Printing {
     rows: Rows,
     shows_readings: bool,
+    needs_findings: bool,
     /// Whether what derived values rest on is worth a note.
     says_environment: bool,
 }
@@ -46,7 +47,10 @@ impl Printing {
                 return Err(Failure::hinted("CSV has one kind of row", hint));
             }
         };
-        Ok((Printing::of(show, writer, judge, format != RowFormat::Text), output))
+        let mut printing = Printing::of(show, writer, judge, format != RowFormat::Text);
+        let filter = args.filter.as_deref().and_then(|text| Filter::parse(text).ok());
+        printing.needs_findings |= filter.is_some_and(|filter| filter.asks_for_findings());
+        Ok((printing, output))
     }
 
     /// Makes rows in a format.
@@ -57,12 +61,18 @@ impl Printing {
         says_environment: bool,
     ) -> Self {
         let shows_readings = show.contains(&Show::Readings);
-        Printing { rows: Rows::new(show, format, judge), shows_readings, says_environment }
+        let needs_findings = show.contains(&Show::Findings);
+        Printing { rows: Rows::new(show, format, judge), shows_readings, needs_findings, says_environment }
     }
 
     /// Tells whether readings are among the rows.
     pub(super) fn shows_readings(&self) -> bool {
         self.shows_readings
+    }
+
+    /// Tells whether findings are among the rows, or decide which pass.
+    pub(super) fn needs_findings(&self) -> bool {
+        self.needs_findings
     }
 
     /// Appends what stands before the first row.

@@ -9,7 +9,8 @@ use super::failure::Failure;
 use super::output::Output;
 use super::{bus, message};
 use crate::cli::{self, ProfileAction};
-use crate::device::{Command, Confidence, FieldSpec, Profile, Profiles, Source};
+use crate::device::{Command, Confidence, FieldSpec, Kind, Measuring, Profile, Profiles, Source};
+use crate::time::SECOND;
 
 /// Says what the last columns of the list mean.
 const CONFIDENCE: &str = "\
@@ -78,6 +79,7 @@ fn show(profile: &Profile, out: &mut String) -> fmt::Result {
         };
         writeln!(out, "serial numbers begin with {}, then {codes}", rule.prefix)?;
     }
+    show_measuring(&profile.measuring, out)?;
     for command in &profile.commands {
         show_command(command, profile.source, out)?;
     }
@@ -90,10 +92,32 @@ fn show(profile: &Profile, out: &mut String) -> fmt::Result {
     Ok(())
 }
 
+/// Shows what the device asks of a master that measures.
+fn show_measuring(measuring: &Measuring, out: &mut String) -> fmt::Result {
+    if measuring.needs_start {
+        writeln!(out, "measures only after a start")?;
+    }
+    let lengths = [
+        ("the first value counts", measuring.warm_up_ns, "after a start"),
+        ("a read", measuring.cycle_ns, "after the one before, not sooner"),
+        ("the brush sweeps for", measuring.brush_sweep_ns, "after it was started"),
+    ];
+    for (what, ns, since) in lengths {
+        if let Some(ns) = ns {
+            writeln!(out, "{what} {} s {since}", ns as f64 / SECOND as f64)?;
+        }
+    }
+    Ok(())
+}
+
 fn show_command(command: &Command, source: Source, out: &mut String) -> fmt::Result {
     let quantities: Vec<String> = command.quantities.iter().map(u16::to_string).collect();
     write!(out, "\n{:<22} FC{:02} 0x{:04x}", command.name, command.function, command.start_register)?;
-    writeln!(out, " ×{}{}", quantities.join(" or "), contested(command.is_contested))?;
+    let kind = match command.kind {
+        Kind::Other => String::new(),
+        _ => format!("  {}", command.kind_name()),
+    };
+    writeln!(out, " ×{}{kind}{}", quantities.join(" or "), contested(command.is_contested))?;
     for (side, fields) in [("request", &command.request), ("response", &command.response)] {
         for field in fields {
             show_field(side, field, out)?;

@@ -48,6 +48,7 @@ pub(super) fn run(args: &cli::Record) -> Result<(), Failure> {
         rows: None,
         recording: Some(recording),
         info: None,
+        audit: None,
         status: Status::new(true, decodes),
         stop,
         duration_ns: None,

@@ -58,6 +58,8 @@ pub(super) struct Setup {
     pub(super) profiles: Arc<Profiles>,
     /// Whether readings are wanted.
     pub(super) readings: bool,
+    /// Whether findings are wanted.
+    pub(super) findings: bool,
     /// Whether anything but the bytes is wanted.
     pub(super) decodes: bool,
     /// Whether serial numbers are blanked in the bytes themselves.
@@ -73,6 +75,7 @@ impl Setup {
             devices: Devices::new(Arc::clone(&profiles), Environment::default()),
             profiles,
             readings: true,
+            findings: false,
             decodes: true,
             redacts: false,
         }
@@ -147,6 +150,7 @@ impl<'a> Session<'a> {
             first_frame_id: self.ids.0,
             first_transaction_id: self.ids.1,
             readings: self.setup.readings,
+            findings: self.setup.findings,
         };
         Pipeline::new(options, self.setup.devices.clone(), self.setup.profiles.shapes())
     }

@@ -49,7 +49,8 @@ fn write_hex(args: &cli::Simulate, config: Config, mut truth: Option<Output>) ->
 fn write_mcap(args: &cli::Simulate, config: Config, mut truth: Option<Output>) -> Result<(), Failure> {
     let session_id = arguments(&config).replace("--", "").replace(' ', "-");
     let mut scribe = Scribe::create(&args.output, Options { session_id, ..Options::default() })?;
-    let setup = Setup { decodes: !args.raw_only, ..Setup::new(Arc::new(Profiles::built_in())) };
+    let setup =
+        Setup { decodes: !args.raw_only, findings: true, ..Setup::new(Arc::new(Profiles::built_in())) };
     let mut session = Session::new(&setup);
     let settings = BusSettings {
         name: BUS.to_owned(),

@@ -106,6 +106,11 @@ impl Stamper {
         self.hold_ns
     }
 
+    /// Tells whether the hold is known, not estimated from the reads.
+    pub fn is_hold_known(&self) -> bool {
+        self.hold_known
+    }
+
     /// Returns up to when a read of `length` bytes may have been preceded by silence: the latest end of its first byte,
     /// for a read that comes late was no silence; for untimed input the time of the read before.
     pub fn silent_until(&self, time: ReadTime, length: usize) -> Option<Timestamp> {
@@ -168,7 +173,8 @@ impl Stamper {
             _ => read - held.max(self.run_ns(length)),
         };
         // More bytes than the adapter can hold were read late: nothing is known but the certain bound.
-        let stalled = self.hold_known && self.run_ns(length) > held;
+        // A single byte never says so.
+        let stalled = self.hold_known && length > 1 && self.run_ns(length) > held;
         let earliest = if stalled { certain } else { certain.max(read - held) };
         let chained = self.last.map_or(earliest, |(_, before)| earliest.max(before + self.character_ns));
         // Bytes that come faster than the line's speed allows: some time is wrong by as much as they contradict.

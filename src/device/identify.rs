@@ -101,7 +101,7 @@ impl Devices {
     }
 
     /// Returns the profiles in use.
-    pub fn profiles(&self) -> &Profiles {
+    pub fn profiles(&self) -> &Arc<Profiles> {
         &self.profiles
     }
 

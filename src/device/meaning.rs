@@ -95,9 +95,14 @@ impl<'a> Meaning<'a> {
     ///
     /// While the device is not known, not even a single candidate vouches for what a profile calls contested.
     pub fn command(&self) -> Option<&'a str> {
+        self.agreed_command().map(|command| &*command.name)
+    }
+
+    /// Returns what the profiles say of the command: the device's, or all candidates' as far as they give it one name.
+    pub fn agreed_command(&self) -> Option<&'a Command> {
         let declared = self.spokesman()?;
         let agreed = self.candidates.is_within(declared.same_name);
-        self.profiles.command(declared).filter(|_| agreed).map(|command| &*command.name)
+        self.profiles.command(declared).filter(|_| agreed)
     }
 
     /// Returns what the device's profile says of the command; `None` while the device is not known.

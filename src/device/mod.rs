@@ -37,8 +37,8 @@ pub use meaning::{Likely, Meaning};
 pub(crate) use parse::FORMS as FORM_NAMES;
 pub use problem::ProfileError;
 pub use profile::{
-    Command, Condition, Confidence, Derived, FieldSpec, NEW_ADDRESS, Note, NoteAt, Profile, SerialNumberRule,
-    Show, Source,
+    Command, Condition, Confidence, Derived, FieldSpec, Kind, Measuring, NEW_ADDRESS, Note, NoteAt, Profile,
+    SerialNumberRule, Show, Source,
 };
 pub use registry::Profiles;
 pub use value::Value;

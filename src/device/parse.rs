@@ -9,8 +9,9 @@ use crate::decode::shape::Form;
 
 use super::data::data_start;
 use super::derive::Formula;
-use super::profile::{Command, Confidence, Derived, Profile, SerialNumberRule, Source};
+use super::profile::{Command, Confidence, Derived, Kind, Measuring, Profile, SerialNumberRule, Source};
 use crate::section::{self, Located, Problem, Section, nearest};
+use crate::time::SECOND;
 
 /// Commands that a profile may have: more is a mistake, not a device.
 const MOST_COMMANDS: usize = 1000;
@@ -24,6 +25,32 @@ const SOURCES: [(&str, Source); 4] = [
 
 const CONFIDENCES: [(&str, Confidence); 3] =
     [("high", Confidence::High), ("medium", Confidence::Medium), ("low", Confidence::Low)];
+
+/// Names of what commands are for.
+pub(super) const KINDS: [(&str, Kind); 9] = [
+    ("start", Kind::Start),
+    ("stop", Kind::Stop),
+    ("measurement", Kind::Measurement),
+    ("brush", Kind::Brush),
+    ("calibration", Kind::Calibration),
+    ("setting", Kind::Setting),
+    ("address", Kind::Address),
+    ("clock", Kind::Clock),
+    ("other", Kind::Other),
+];
+
+/// What commands are for that have a name which all profiles share, unless they say otherwise.
+const USUAL_KINDS: [(&str, Kind); 9] = [
+    ("start-measurement", Kind::Start),
+    ("stop-measurement", Kind::Stop),
+    ("get-measurement", Kind::Measurement),
+    ("start-brush", Kind::Brush),
+    ("set-calibration", Kind::Calibration),
+    ("set-cap-coefficients", Kind::Calibration),
+    ("set-brush-interval", Kind::Setting),
+    ("set-address", Kind::Address),
+    ("set-time", Kind::Clock),
+];
 
 /// Names of frame forms outside the specification.
 pub(crate) const FORMS: [(&str, Form); 3] = [
@@ -58,6 +85,7 @@ fn read_profile(section: &Section<'_>) -> Option<Profile> {
         confidence: section.choice("confidence", &CONFIDENCES),
         service_address: section.integer("service-address", 248..=255).map(|address| address.value as u8),
         serial_number: section.section("serial-number").and_then(|rule| read_serial_number_rule(&rule)),
+        measuring: section.section("measuring").map(|rules| read_measuring(&rules)).unwrap_or_default(),
         remarks: texts(section, "remarks"),
         commands: read_commands(section, source),
         derived: Vec::new(),
@@ -89,6 +117,30 @@ fn read_serial_number_rule(section: &Section<'_>) -> Option<SerialNumberRule> {
     section.finish();
     let type_codes = codes?.iter().map(|code| code.value.into()).collect();
     Some(SerialNumberRule { prefix: prefix?.value.into(), type_codes })
+}
+
+/// Reads what the device asks of a master that measures, in seconds.
+fn read_measuring(section: &Section<'_>) -> Measuring {
+    let seconds = |key| {
+        let number = section.number(key)?;
+        if !(0.0..=86_400.0).contains(&number.value) {
+            section.problem(number.at, format_args!("'{key}' is not within 0 to 86400 s"));
+        }
+        Some((number.value * SECOND as f64) as i64)
+    };
+    let measuring = Measuring {
+        needs_start: section.boolean("needs-start").unwrap_or(false),
+        warm_up_ns: seconds("warm-up"),
+        cycle_ns: seconds("cycle"),
+        brush_sweep_ns: seconds("brush-sweep"),
+    };
+    section.finish();
+    measuring
+}
+
+/// Returns what a command of a usual name is for.
+fn usual_kind(name: &str) -> Kind {
+    USUAL_KINDS.iter().find(|(usual, _)| *usual == name).map_or(Kind::Other, |(_, kind)| *kind)
 }
 
 fn read_commands(section: &Section<'_>, source: Source) -> Vec<Command> {
@@ -152,6 +204,9 @@ fn read_command(section: &Section<'_>, source: Source) -> Option<Command> {
         function: function.unwrap_or(0),
         start_register: register.map_or(0, |register| register.value as u16),
         quantities,
+        kind: section
+            .choice("kind", &KINDS)
+            .unwrap_or_else(|| usual_kind(name.map_or("", |name| name.value))),
         forms,
         is_fingerprint,
         is_contested,

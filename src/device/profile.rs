@@ -87,6 +87,8 @@ pub struct Profile {
     pub service_address: Option<u8>,
     /// What a serial number tells of the kind.
     pub serial_number: Option<SerialNumberRule>,
+    /// What it asks of a master that measures.
+    pub measuring: Measuring,
     /// What a reader of the manual should know: contradictions and how they are read.
     pub remarks: Vec<Box<str>>,
     /// What a master can ask for, in the profile's order.
@@ -109,6 +111,43 @@ impl Profile {
     pub fn command(&self, function: u8, start_register: u16) -> Option<&Command> {
         self.commands.iter().find(|command| command.key() == (function, start_register))
     }
+}
+
+/// Says what a device asks of a master that measures; lengths of time in nanoseconds, `None` where nothing is asked.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Measuring {
+    /// Whether it measures only after a start command.
+    pub needs_start: bool,
+    /// From a start to the first value that counts.
+    pub warm_up_ns: Option<i64>,
+    /// Between two reads.
+    pub cycle_ns: Option<i64>,
+    /// How long the brush sweeps after it was started.
+    pub brush_sweep_ns: Option<i64>,
+}
+
+/// Says what a command is for, as far as rules on masters depend on it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Begins to measure.
+    Start,
+    /// Ends measuring.
+    Stop,
+    /// Reads what was measured.
+    Measurement,
+    /// Lets the brush sweep.
+    Brush,
+    /// Writes how values are corrected; survives a loss of power.
+    Calibration,
+    /// Writes anything else that is kept.
+    Setting,
+    /// Writes the unit address.
+    Address,
+    /// Writes the clock.
+    Clock,
+    /// Something else.
+    Other,
 }
 
 /// Tells a kind of device by its serial numbers.
@@ -163,6 +202,8 @@ pub struct Command {
     pub start_register: u16,
     /// How many registers the device takes, ascending.
     pub quantities: Vec<u16>,
+    /// What it is for.
+    pub kind: Kind,
     /// How its frames differ from the specification.
     pub forms: Vec<Form>,
     /// Whether an accepted exchange with one of the quantities proves the kind of device.
@@ -185,6 +226,11 @@ impl Command {
     /// Returns function code and start register.
     pub fn key(&self) -> (u8, u16) {
         (self.function, self.start_register)
+    }
+
+    /// Returns the name that profiles use for what it is for.
+    pub fn kind_name(&self) -> &'static str {
+        parse::KINDS.iter().find(|(_, kind)| *kind == self.kind).map_or("other", |it| it.0)
     }
 
     /// Returns the names that profiles use for its forms, such as `zero-quantity`.

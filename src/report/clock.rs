@@ -63,6 +63,7 @@ fn time_of(event: &Event<'_>) -> Option<Timestamp> {
         Event::Transaction { transaction, .. } => columns::began(transaction),
         Event::Lost(lost) => lost.time,
         Event::Identified { time, .. } | Event::Reading { time, .. } => *time,
+        Event::Finding(finding) => finding.time,
     }
 }
 

@@ -1,5 +1,8 @@
 //! The columns of every kind of row: key and value, once for all formats.
 
+use std::ops::Range;
+
+use crate::analyze::verify::Finding;
 use crate::decode::chunk::LineError;
 use crate::decode::frame::{Damaged, Frame, Place, WireTime};
 use crate::decode::transaction::{Side, Transaction};
@@ -29,6 +32,8 @@ pub enum Cell<'a> {
     Bytes(&'a [u8]),
     /// What the UART complained about.
     LineErrors(&'a [LineError]),
+    /// Where bytes lie in a frame, the end not included.
+    Span(&'a Range<usize>),
     /// Ids of frames.
     Ids(&'a [u64]),
     /// The profiles that fit.
@@ -175,6 +180,25 @@ rows! {
         "derived" => Cell::Boolean(reading.derived),
         "transaction" => Cell::Unsigned(transaction),
     }
+    /// Is something wrong in the traffic.
+    finding(bus: &str, finding: &Finding) {
+        "type" => Cell::Name("finding"),
+        "bus" => Cell::Text(bus),
+        "t_ns" => Cell::of(finding.time, Cell::Time),
+        "code" => Cell::Name(finding.rule.code),
+        "name" => Cell::Name(finding.rule.name),
+        "severity" => Cell::Name(finding.severity.name()),
+        "party" => Cell::Name(finding.party.name()),
+        "address" => Cell::of(finding.address, |address| Cell::Unsigned(address.into())),
+        "frames" => Cell::Ids(&finding.frames),
+        "span" => Cell::of(finding.span.as_ref(), Cell::Span),
+        "count" => Cell::Unsigned(finding.count),
+        "first_ns" => Cell::of(finding.first, Cell::Time),
+        "last_ns" => Cell::of(finding.last, Cell::Time),
+        "message" => Cell::Text(&finding.message),
+        "help" => Cell::Text(finding.rule.help),
+        "reference" => Cell::Text(finding.rule.reference),
+    }
 }
 
 /// Hands over the cells of whatever row an event makes.
@@ -184,12 +208,13 @@ pub fn write(bus: &str, event: &Event<'_>, cells: &mut impl Cells) {
         Event::Damaged(row) => damaged::write(bus, row, cells),
         Event::Lost(row) => lost::write(bus, row, cells),
         Event::Identified { identified, time } => identified::write(bus, *time, identified, cells),
-        Event::Transaction { transaction, meaning } => {
+        Event::Transaction { transaction, meaning, .. } => {
             transaction::write(bus, transaction, meaning, cells);
         }
         Event::Reading { reading, time, address, transaction } => {
             reading::write(bus, *time, *address, *transaction, reading, cells);
         }
+        Event::Finding(row) => finding::write(bus, row, cells),
     }
 }
 

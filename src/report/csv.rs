@@ -7,26 +7,6 @@ use super::{Clock, Format, Show, json};
 use crate::device::Value;
 use crate::pipeline::Event;
 
-/// The keys of a finding, in order.
-const FINDING_KEYS: &[&str] = &[
-    "type",
-    "bus",
-    "t_ns",
-    "code",
-    "name",
-    "severity",
-    "party",
-    "address",
-    "frames",
-    "span",
-    "count",
-    "first_ns",
-    "last_ns",
-    "message",
-    "help",
-    "reference",
-];
-
 /// Writes comma-separated values (RFC 4180) of one kind of row.
 pub struct Csv {
     keys: Vec<&'static str>,
@@ -50,7 +30,7 @@ impl Csv {
             ],
             Show::Transactions => &[columns::transaction::KEYS],
             Show::Readings => &[columns::reading::KEYS],
-            Show::Findings => &[FINDING_KEYS],
+            Show::Findings => &[columns::finding::KEYS],
             Show::Devices => &[columns::identified::KEYS],
         };
         for key in kinds.iter().copied().flatten() {
@@ -129,6 +109,7 @@ impl Cells for Record<'_> {
             Cell::LineErrors(errors) => {
                 join(errors, out, |error, out| write!(out, "{}={}", error.offset, error.kind.name()))
             }
+            Cell::Span(span) => write!(out, "{};{}", span.start, span.end),
             Cell::Ids(ids) => join(ids, out, |id, out| write!(out, "{id}")),
             Cell::Candidates(meaning) => join(meaning.candidates(), out, |id, out| write!(out, "{id}")),
             Cell::Fields(meaning) => join(meaning.fields(), out, |field, out| {

@@ -151,7 +151,7 @@ impl Info {
                     self.unit(bus, transaction.address).answers += 1;
                 }
             }
-            Event::Reading { .. } => {}
+            Event::Reading { .. } | Event::Finding(_) => {}
         }
     }
 

@@ -82,6 +82,7 @@ pub(super) fn cell(cell: &Cell<'_>, out: &mut Vec<u8>, scratch: &mut String) {
             quote_plain(error.kind.name(), out);
             out.push(b'}');
         }),
+        Cell::Span(span) => list([span.start, span.end], out, integer),
         Cell::Ids(ids) => list(ids, out, |id, out| integer(*id, out)),
         Cell::Candidates(meaning) => list(meaning.candidates(), out, quote),
         Cell::Fields(meaning) => fields(meaning, scratch, out),

@@ -1,5 +1,6 @@
 //! Rows for people and programs: one file per output format, the columns defined once.
 
+pub mod audit;
 mod clock;
 pub mod columns;
 mod csv;

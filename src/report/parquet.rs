@@ -86,7 +86,7 @@ impl Table {
         match event {
             Event::Reading { .. } => self == Table::Readings,
             Event::Transaction { .. } => self == Table::Transactions,
-            Event::Frame(_) | Event::Damaged(_) | Event::Lost(_) | Event::Identified { .. } => false,
+            _ => false,
         }
     }
 }

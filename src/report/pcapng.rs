@@ -192,7 +192,7 @@ impl Format for Pcapng {
                 let event = event::CAPTURE_DATA_LOST;
                 Packet { time: lost.time, start: lost.time, event, bytes: &[], flags: 0, comment }
             }
-            Event::Identified { .. } | Event::Transaction { .. } | Event::Reading { .. } => return,
+            _ => return,
         };
         match event {
             Event::Frame(frame) => self.line_errors(bus, &frame.place, out),

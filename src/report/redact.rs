@@ -126,7 +126,7 @@ impl Redactor {
                 }
                 Event::Damaged(Damaged { place, .. }) => blank_run(place, place.bytes.len(), profiles, held),
                 Event::Transaction { transaction, .. } => blank_transaction(transaction, profiles, held),
-                Event::Lost(_) | Event::Identified { .. } | Event::Reading { .. } => {}
+                _ => {}
             }
         }
     }
@@ -254,6 +254,7 @@ mod tests {
             first_frame_id: 0,
             first_transaction_id: 0,
             readings: false,
+            findings: false,
         };
         let pipeline = Pipeline::new(options, devices, profiles.shapes());
         let mut redactor = Redactor::new(pipeline, profiles);

@@ -14,7 +14,7 @@ pub enum Show {
     Transactions,
     /// Readings.
     Readings,
-    /// Findings; there is no rule yet that makes one.
+    /// What is wrong with the traffic.
     Findings,
     /// Identifications alone.
     Devices,
@@ -28,6 +28,7 @@ impl Show {
             Event::Reading { .. } => self == Show::Readings,
             Event::Frame(_) | Event::Damaged(_) | Event::Lost(_) => self == Show::Frames,
             Event::Identified { .. } => matches!(self, Show::Frames | Show::Devices),
+            Event::Finding(_) => self == Show::Findings,
         }
     }
 }
@@ -120,7 +121,7 @@ impl Rows {
                 self.gate.decide(ids, passes);
                 Verdict::Settled(passes)
             }
-            Event::Reading { .. } | Event::Lost(_) | Event::Identified { .. } => Verdict::Settled(passes),
+            _ => Verdict::Settled(passes),
         };
         // What does not pass is not written either: its guesses would be hinted at.
         if is_shown && verdict != Verdict::Settled(false) {

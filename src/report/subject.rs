@@ -39,6 +39,7 @@ impl EventSubject<'_> {
             Event::Lost(lost) => lost.time,
             Event::Identified { time, .. } | Event::Reading { time, .. } => *time,
             Event::Transaction { transaction, .. } => columns::began(transaction),
+            Event::Finding(finding) => finding.time,
         }
     }
 }
@@ -51,6 +52,7 @@ impl Subject for EventSubject<'_> {
             Event::Identified { identified, .. } => Some(identified.address),
             Event::Transaction { transaction, .. } => Some(transaction.address),
             Event::Reading { address, .. } => Some(*address),
+            Event::Finding(finding) => finding.address,
             Event::Lost(_) => None,
         }
     }
@@ -171,6 +173,14 @@ impl Subject for EventSubject<'_> {
         let time = DateTime::from_timestamp_nanos(self.start_ns()?).with_timezone(&Local);
         let seconds = i64::from(time.num_seconds_from_midnight());
         Some(seconds * SECOND + i64::from(time.nanosecond() % SECOND as u32))
+    }
+
+    fn any_finding(&self, test: &mut dyn FnMut(&str) -> bool) -> bool {
+        match self.event {
+            Event::Transaction { codes, .. } => codes.iter().any(|code| test(code)),
+            Event::Finding(finding) => test(finding.rule.code),
+            _ => false,
+        }
     }
 
     fn any_bytes(&self, test: &mut dyn FnMut(&[u8]) -> bool) -> bool {

@@ -1,7 +1,7 @@
 //! A bus that isn't there: masters, units, faults, and the adapter that hears them, with the truth beside.
 //!
 //! ```text
-//! scenario ─▶ generic | installation ─▶ bus ────────────▶ tap ──────────▶ adapter ────────▶ Read
+//! scenario ─▶ generic | installation | script ─▶ bus ────────────▶ tap ──────────▶ adapter ────────▶ Read
 //!             what is asked and said    who talks when    faults, bytes   packets, reads    TruthFrame
 //! ```
 //!
@@ -20,6 +20,7 @@ mod installation;
 mod random;
 mod read;
 mod scenario;
+mod script;
 mod sensor;
 mod simulation;
 mod tap;
@@ -32,6 +33,10 @@ mod wire;
 pub use adapter::{Adapter, AdapterError};
 pub use read::Read;
 pub use scenario::{Equipment, Pace, Scenario};
+pub use script::{
+    Ask, Fault, Fitted, GOOD_CONDUCTIVITY, GOOD_MASTER, GOOD_OXYGEN, GOOD_SONDE, MISTAKEN_MASTER, Model,
+    Script, Step,
+};
 pub use simulation::{Config, Simulation};
 pub use truth::{TruthFrame, truth_json_line};
 pub use uart::{AfterFramingError, Character, Uart};

@@ -1,5 +1,7 @@
 //! What may go on, and go wrong, on a simulated bus: plain data, with names for common mixtures.
 
+use crate::simulate::script::{self, Script};
+
 /// Says what is connected to the bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Equipment {
@@ -9,6 +11,8 @@ pub enum Equipment {
     Installation,
     /// The same, but set up long ago: the capture begins in the middle of its life.
     RunningInstallation,
+    /// The sensors and the master of a script.
+    Script(&'static Script),
 }
 
 /// Says how fast the talkers of a generic bus follow each other.
@@ -112,8 +116,20 @@ const INSTALLATION: Scenario = Scenario {
     ..CLEAN
 };
 
-static ALL: [Scenario; 23] = [
+static ALL: [Scenario; 25] = [
     INSTALLATION,
+    Scenario {
+        name: "good-master",
+        summary: "the three sensors, and a master that does all as their manuals ask",
+        equipment: Equipment::Script(&script::GOOD_MASTER),
+        ..INSTALLATION
+    },
+    Scenario {
+        name: "mistaken-master",
+        summary: "the three sensors, and a master that gets most things wrong",
+        equipment: Equipment::Script(&script::MISTAKEN_MASTER),
+        ..INSTALLATION
+    },
     Scenario {
         name: "demo",
         summary: "the same with a tired conductivity probe, a glitching driver and bit errors",

@@ -7,21 +7,36 @@ use chrono::{DateTime, Datelike, Timelike};
 
 use crate::simulate::adu::{adu, counted, two_words};
 use crate::simulate::random::Random;
+use crate::simulate::script::DEAD_NS;
 use crate::simulate::water::Water;
-use crate::time::Timestamp;
+use crate::time::{SECOND, Timestamp};
 
 /// The address at which a sensor answers whatever its own is (conductivity manual, 2.2.9).
 pub(super) const SERVICE_ADDRESS: u8 = 0xFF;
 
 /// Names a sensor by its manual.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Model {
+pub enum Model {
     /// Optical dissolved oxygen, software 5.7.
     Oxygen,
     /// Conductivity, software 1.8.
     Conductivity,
     /// Multi-parameter sonde, software 1.6.
     Sonde,
+}
+
+/// Names what is wrong with a sensor.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Fault {
+    /// Nothing.
+    #[default]
+    None,
+    /// It loses its power when the brush starts.
+    WeakSupply,
+    /// Its first value after the temperature is infinite.
+    Infinite,
+    /// Its driver is enabled too late: the first byte of an answer is lost.
+    LateDriver,
 }
 
 /// Is a sensor with its settings.
@@ -33,6 +48,15 @@ pub(super) struct Sensor {
     pub(super) serial_number: [u8; 12],
     /// In minutes.
     brush_interval: u16,
+    fault: Fault,
+    /// Whether it measures; an oxygen probe does only after its start.
+    measures: bool,
+    /// What it measured last.
+    stale: Vec<u8>,
+    /// Until when it has no power.
+    dead_until: Timestamp,
+    /// When its clock began at 2000-01-01, if it lost its power.
+    clock_from: Option<Timestamp>,
 }
 
 impl Sensor {
@@ -43,7 +67,22 @@ impl Sensor {
             Model::Conductivity => b"YL0918110612",
             Model::Sonde => b"YL3819082103",
         };
-        Sensor { model, address, serial_number, brush_interval: 30 }
+        Sensor {
+            model,
+            address,
+            serial_number,
+            brush_interval: 30,
+            fault: Fault::None,
+            measures: model != Model::Oxygen,
+            stale: Vec::new(),
+            dead_until: Timestamp::MIN,
+            clock_from: None,
+        }
+    }
+
+    /// Gives it a fault.
+    pub(super) fn with(self, fault: Fault) -> Self {
+        Sensor { fault, ..self }
     }
 
     /// Answers a request; `None` when it is not for this sensor or not in its manual.
@@ -53,16 +92,26 @@ impl Sensor {
             return None;
         }
         let (start, quantity) = (u16::from_be_bytes([s1, s0]), u16::from_be_bytes([q1, q0]));
-        match function {
-            0x03 => self.read(address, start, quantity, time, random),
-            0x10 => self.write(start, quantity, rest).then(|| two_words(address, function, start, quantity)),
-            _ => None,
+        if time < self.dead_until {
+            return None;
         }
+        let mut answer = match function {
+            0x03 => self.read(address, start, quantity, time, random),
+            0x10 => {
+                let is_known = self.write(start, quantity, rest, time);
+                is_known.then(|| two_words(address, function, start, quantity))
+            }
+            _ => None,
+        }?;
+        if self.fault == Fault::LateDriver && function == 0x03 && quantity > 3 {
+            answer.remove(0); // an ADU has an address
+        }
+        Some(answer)
     }
 
     /// Answers a read.
     fn read(
-        &self,
+        &mut self,
         address: u8,
         start: u16,
         quantity: u16,
@@ -70,6 +119,9 @@ impl Sensor {
         random: &mut Random,
     ) -> Option<Vec<u8>> {
         use Model::{Conductivity, Oxygen, Sonde};
+        if matches!((self.model, start), (Oxygen, 0x2500 | 0x2E00) | (Conductivity, 0x2E00)) {
+            self.measures = start == 0x2500;
+        }
         let data: &[u8] = match (self.model, start, quantity) {
             (Oxygen, 0x2500 | 0x2E00, 0) => &[],
             (Conductivity, 0x2E00, 1) => return Some(adu(address, 0x03, &[0, 0, 0])), // count 0, two bytes
@@ -81,7 +133,7 @@ impl Sensor {
             (Sonde, 0x1400, 6) => &self.serial_number,
             (Sonde, 0x0800, 1) => &[0, 0],
             (Sonde, 0x0E00, 1) => &self.brush_interval.to_le_bytes(),
-            (Sonde, 0x1300, 4) => &bcd_time(time),
+            (Sonde, 0x1300, 4) => &bcd_time(self.clock(time)),
             (Sonde, 0x1E00, 2) => &floats([rounded(Water::at(time, random).supply_voltage, 100.0)]),
             (_, 0x2600 | 0x2601, _) => {
                 return self.measurement(start, quantity, time, random).map(|d| counted(address, 0x03, &d));
@@ -93,16 +145,22 @@ impl Sensor {
 
     /// Returns what the sensor measures, as its manual orders it.
     fn measurement(
-        &self,
+        &mut self,
         start: u16,
         quantity: u16,
         time: Timestamp,
         random: &mut Random,
     ) -> Option<Vec<u8>> {
+        if !self.measures && self.stale.len() == 2 * usize::from(quantity) {
+            return Some(self.stale.clone());
+        }
         let water = Water::at(time, random);
         let temperature = rounded(water.temperature, 100.0);
-        Some(match (self.model, start, quantity) {
+        let mut data = match (self.model, start, quantity) {
             (Model::Oxygen, 0x2600, 4) => floats([temperature, rounded(water.do_saturation, 1e4)]).to_vec(),
+            (Model::Conductivity, 0x2600, 4) => {
+                floats([temperature, rounded(water.conductivity, 1e4)]).to_vec()
+            }
             (Model::Conductivity, 0x2600, 5) => {
                 let mut data = floats([temperature, rounded(water.conductivity, 1e4)]).to_vec();
                 data.extend([0, 0]); // no error; reserved
@@ -120,18 +178,37 @@ impl Sensor {
             ])
             .to_vec(),
             _ => return None,
-        })
+        };
+        if let (Fault::Infinite, Some(value)) = (self.fault, data.get_mut(4..8)) {
+            value.copy_from_slice(&f32::INFINITY.to_le_bytes());
+        }
+        self.stale.clone_from(&data);
+        Some(data)
+    }
+
+    /// Returns what the sensor's clock shows.
+    fn clock(&self, now: Timestamp) -> Timestamp {
+        /// 2000-01-01T00:00:00Z.
+        const BEGIN: Timestamp = Timestamp::from_ns(946_684_800 * SECOND);
+        self.clock_from.map_or(now, |from| BEGIN + (now - from))
     }
 
     /// Carries out a write; tells whether the sensor knows it.
-    fn write(&mut self, start: u16, quantity: u16, rest: &[u8]) -> bool {
+    fn write(&mut self, start: u16, quantity: u16, rest: &[u8], time: Timestamp) -> bool {
         match (self.model, start, quantity, rest) {
-            (_, 0x3000, 1, &[2, new, ..]) => self.address = new,
+            (_, 0x3000, 1, &[2, new @ 1..=247, ..]) => self.address = new,
             (Model::Sonde, 0x0E00, 1, &[2, low, high, ..]) => {
                 self.brush_interval = u16::from_le_bytes([low, high]);
             }
-            (Model::Sonde, 0x1300, 4, _) | (Model::Sonde, 0x2F00, 0, _) => {}
-            (Model::Conductivity, 0x1C00, 0, _) => {}
+            (Model::Sonde, 0x1300, 4, _) => self.clock_from = None,
+            (Model::Sonde, 0x2F00, 0, _) if self.fault == Fault::WeakSupply => {
+                self.dead_until = time + DEAD_NS;
+                self.clock_from = Some(time);
+                self.brush_interval = 30;
+            }
+            (Model::Sonde, 0x2F00, 0, _) => {}
+            (Model::Oxygen | Model::Conductivity, 0x1100, 4, &[8, ..]) => {}
+            (Model::Conductivity, 0x1C00, 0, _) => self.measures = true,
             _ => return false,
         }
         true

@@ -8,6 +8,7 @@ use crate::simulate::installation::Installation;
 use crate::simulate::random::Random;
 use crate::simulate::read::Read;
 use crate::simulate::scenario::{Equipment, Scenario};
+use crate::simulate::script::Scripted;
 use crate::simulate::tap::Tap;
 use crate::simulate::traffic::Traffic;
 use crate::simulate::truth::TruthFrame;
@@ -76,6 +77,7 @@ pub(super) fn tap(config: Config) -> Tap {
         Equipment::RunningInstallation => {
             Traffic::Installation(Box::new(Installation::new(random, true, EPOCH)))
         }
+        Equipment::Script(script) => Traffic::Scripted(Box::new(Scripted::new(script, random, EPOCH))),
     };
     let bus = Bus::new(traffic, scenario, line, stage(config, 2), EPOCH, frames);
     Tap::new(bus, scenario, line, stage(config, 3))

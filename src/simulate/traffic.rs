@@ -2,6 +2,7 @@
 
 use crate::simulate::generic::Generic;
 use crate::simulate::installation::Installation;
+use crate::simulate::script::Scripted;
 use crate::time::{MILLISECOND, Timestamp};
 
 /// How long a master waits for an answer to begin, in nanoseconds.
@@ -26,6 +27,7 @@ pub(super) struct Exchange {
 pub(super) enum Traffic {
     Generic(Generic),
     Installation(Box<Installation>),
+    Scripted(Box<Scripted>),
 }
 
 impl Traffic {
@@ -34,6 +36,7 @@ impl Traffic {
         match self {
             Traffic::Generic(generic) => generic.next(now),
             Traffic::Installation(installation) => installation.next(now),
+            Traffic::Scripted(scripted) => scripted.next(now),
         }
     }
 
@@ -42,6 +45,7 @@ impl Traffic {
         match self {
             Traffic::Generic(generic) => now + generic.pause(),
             Traffic::Installation(installation) => installation.ready(now),
+            Traffic::Scripted(scripted) => scripted.ready(now),
         }
     }
 }

@@ -156,7 +156,7 @@ fn messages(path: &Path) -> Vec<(String, String, u32, u64, u64, Vec<u8>)> {
 #[test]
 fn the_recordings_are_what_their_documented_commands_make() {
     let readme = content("README.md");
-    for name in ["installation.mcap", "troubled.mcap"] {
+    for name in ["installation.mcap", "troubled.mcap", "good-master.mcap", "mistaken-master.mcap"] {
         let target = format!(" -o captures/{name}");
         let documented = readme.lines().find(|line| line.ends_with(&target)).expect("a command");
         let command = documented.strip_prefix("cargo run --release -- ").expect("a command of rtutap");
@@ -166,7 +166,7 @@ fn the_recordings_are_what_their_documented_commands_make() {
         rtutap(&args).arg("-o").arg(&made).assert().success().stderr("");
         // Messages, not bytes: another version of a library may compress them otherwise.
         let (committed, made) = (messages(&path(name)), messages(&made));
-        assert!(committed.len() > 5000, "{name} has {} messages", committed.len());
+        assert!(committed.len() > 1000, "{name} has {} messages", committed.len());
         assert_eq!(committed.len(), made.len(), "make it again: {documented}");
         for (committed, made) in committed.iter().zip(&made) {
             assert_eq!(committed, made, "make it again: {documented}");

@@ -1,7 +1,7 @@
 //! Options from the command line, the environment and the configuration file; completions and the manual page.
 
 use predicates::prelude::*;
-use rtutap::cli::{RowFormat, ShowKind, TimeKind};
+use rtutap::cli::{FailOn, RowFormat, ShowKind, TimeKind};
 use rtutap::config::Config;
 use rtutap::device::Environment;
 
@@ -31,6 +31,9 @@ fn the_sample_says_exactly_what_holds_without_it() {
         show: Some(vec![ShowKind::Transactions]),
         format: Some(RowFormat::default()),
         time: Some(TimeKind::default()),
+        fail_on: Some(FailOn::Error),
+        ignore: Vec::new(),
+        severities: Vec::new(),
     };
     assert_eq!(Config::from_toml(include_str!("../../config.sample.toml")), Ok(defaults));
 }

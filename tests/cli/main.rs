@@ -11,6 +11,7 @@ mod ports;
 mod profiles;
 mod recordings;
 mod rows;
+mod verify;
 mod wireshark;
 
 use assert_cmd::Command;

@@ -27,8 +27,14 @@ pub fn profiles() -> Arc<Profiles> {
 
 /// Makes a pipeline that knows the built-in profiles and has seen nothing.
 pub fn pipeline(line: LineSettings, adapter_hold_ns: Option<i64>) -> Pipeline {
-    let options =
-        Options { line, adapter_hold_ns, first_frame_id: 0, first_transaction_id: 0, readings: true };
+    let options = Options {
+        line,
+        adapter_hold_ns,
+        first_frame_id: 0,
+        first_transaction_id: 0,
+        readings: true,
+        findings: false,
+    };
     let profiles = profiles();
     let shapes = profiles.shapes();
     Pipeline::new(options, Devices::new(profiles, Environment::default()), shapes)
@@ -43,7 +49,7 @@ pub fn row(event: &Event<'_>) -> String {
         Event::Frame(frame) => format!("{frame:?}"),
         Event::Damaged(damaged) => format!("{damaged:?}"),
         Event::Transaction { transaction, .. } => format!("{transaction:?} {json}"),
-        Event::Lost(_) | Event::Identified { .. } | Event::Reading { .. } => json,
+        _ => json,
     }
 }
 

@@ -63,6 +63,11 @@ impl Filter {
         keys::NAMES.iter().map(|(name, _)| *name)
     }
 
+    /// Tells whether the filter asks for findings, so that they have to be looked for.
+    pub fn asks_for_findings(&self) -> bool {
+        self.root.asks_for_findings()
+    }
+
     /// Returns the names of decoded fields that the filter asks for, in its order, for a warning about those
     /// that no profile has.
     pub fn field_names(&self) -> Vec<&str> {

@@ -81,6 +81,17 @@ impl Operator {
 }
 
 impl Expression {
+    /// Tells whether a test is about findings.
+    pub(super) fn asks_for_findings(&self) -> bool {
+        match self {
+            Expression::Any(parts) | Expression::All(parts) => {
+                parts.iter().any(Expression::asks_for_findings)
+            }
+            Expression::Not(part) => part.asks_for_findings(),
+            Expression::Test(test) => matches!(test, Test::Text(TextKey::Finding, _)),
+        }
+    }
+
     /// Calls `visit` with the name of each decoded field, in order.
     pub(super) fn each_field<'a>(&'a self, visit: &mut dyn FnMut(&'a str)) {
         match self {

@@ -49,6 +49,7 @@ use super::printing::Printing;
 use super::session::Setup;
 use crate::capture::mcap::{Anchor, Options};
 use crate::report::Judge;
+use crate::report::audit::Audit;
 use crate::report::info::Info;
 use crate::source::Clock;
 use capture::{Capture, Order};
@@ -82,6 +83,8 @@ pub(super) struct Job<'a> {
     pub(super) recording: Option<Recording>,
     /// Takes all events, for a summary.
     pub(super) info: Option<Info>,
+    /// Takes all events, for a conformance report.
+    pub(super) audit: Option<Audit>,
     pub(super) status: Status,
     /// Ends the session when it is set.
     pub(super) stop: Arc<AtomicBool>,
@@ -113,6 +116,7 @@ pub(super) struct Report {
     /// What made the rows.
     pub(super) printing: Option<Printing>,
     pub(super) info: Option<Info>,
+    pub(super) audit: Option<Audit>,
     /// Whether a source failed for good, or rows could not be written.
     pub(super) ended: Result<(), Failure>,
 }
@@ -138,7 +142,7 @@ fn start<T: Send + 'static>(
 /// When threads or the recording cannot begin.
 pub(super) fn run(job: Job<'_>) -> Result<Report, Failure> {
     let is_patient = job.sources.iter().all(|source| source.is_patient);
-    let mut stage = Stage { info: job.info, ..Stage::default() };
+    let mut stage = Stage { info: job.info, audit: job.audit, ..Stage::default() };
     let mut recording = job.recording;
     let is_all = recording.as_ref().is_some_and(|recording| recording.is_all);
     let around = recording.as_mut().and_then(|recording| recording.around.take());
@@ -170,7 +174,7 @@ pub(super) fn run(job: Job<'_>) -> Result<Report, Failure> {
     driver.status.finish();
     let (printing, written) = finish_rows(&mut stage, printer);
     let ended = written.and(result).and(finished).and(failed.map_or(Ok(()), Err));
-    Ok(Report { tally: stage.tally, recorded, printing, info: stage.info, ended })
+    Ok(Report { tally: stage.tally, recorded, printing, info: stage.info, audit: stage.audit, ended })
 }
 
 /// Starts a thread for each source.

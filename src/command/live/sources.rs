@@ -123,6 +123,7 @@ pub(in crate::command) fn setup(
         devices: bus::devices(&args.equipment, profiles)?,
         profiles: Arc::clone(profiles),
         readings,
+        findings: readings,
         decodes,
         redacts: false,
     })

@@ -10,6 +10,7 @@ use super::tape::Tape;
 use crate::capture::Item;
 use crate::pipeline::Event;
 use crate::report::Judge;
+use crate::report::audit::Audit;
 use crate::report::info::Info;
 use crate::time::Timestamp;
 
@@ -20,6 +21,7 @@ pub(in crate::command) struct Stage {
     pub(in crate::command) rows: Option<RowStream>,
     pub(in crate::command) tape: Option<Tape>,
     pub(in crate::command) info: Option<Info>,
+    pub(in crate::command) audit: Option<Audit>,
     /// What is worth the minutes around it.
     pub(in crate::command) trigger: Option<Judge>,
     pub(super) decoded: Decoded,
@@ -35,6 +37,9 @@ impl Sink for Stage {
         self.decoded.begin(&origin.settings.name);
         if let Some(info) = &mut self.info {
             info.begin(&origin.settings.name, origin.settings.line);
+        }
+        if let Some(audit) = &mut self.audit {
+            audit.begin(&origin.settings.name, origin.settings.line);
         }
         if let Some(tape) = &mut self.tape {
             tape.begin(origin.settings.clone());
@@ -59,6 +64,9 @@ impl Sink for Stage {
         }
         if let Some(info) = &mut self.info {
             info.event(bus, event);
+        }
+        if let Some(audit) = &mut self.audit {
+            audit.event(bus, event);
         }
         if let Some(rows) = &mut self.rows {
             rows.event(bus, event);

@@ -64,7 +64,7 @@ impl Sink for Collector {
     }
 
     fn event(&mut self, bus: &str, event: &Event<'_>) {
-        if let Event::Transaction { transaction, meaning } = event {
+        if let Event::Transaction { transaction, meaning, .. } = event {
             self.drafter.observe(bus, transaction, meaning.device(), meaning.candidates());
             let is_accepted = matches!(transaction.outcome, Outcome::Answered | Outcome::Late);
             let new_address = meaning.fields().find(|field| field.name == NEW_ADDRESS);

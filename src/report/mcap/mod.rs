@@ -6,8 +6,8 @@ use std::collections::{BTreeMap, VecDeque};
 
 use prost::Message as _;
 
-pub use self::schema::Level;
-use self::schema::{Log, Seconds};
+use self::schema::{Level, Log, Seconds};
+use crate::analyze::verify::{Finding, Severity};
 use crate::decode::transaction::{Outcome, Transaction};
 use crate::device::{Meaning, Reading};
 use crate::pipeline::Event;
@@ -56,13 +56,14 @@ impl Messages {
         match event {
             Event::Frame(frame) => self.frame(frame.place.id, frame.place.stream_offset),
             Event::Damaged(damaged) => self.frame(damaged.place.id, damaged.place.stream_offset),
-            Event::Transaction { transaction, meaning } => {
+            Event::Transaction { transaction, meaning, .. } => {
                 self.start = columns::began(transaction);
                 self.remember_quantities(transaction, meaning);
                 let payload = self.transaction(transaction, meaning).encode_to_vec();
                 return Some(self.message("transactions", "rtutap.Transaction", payload));
             }
             Event::Reading { reading, address, .. } => return Some(self.reading(*address, reading)),
+            Event::Finding(finding) => return Some(self.finding(finding)),
             Event::Lost(_) | Event::Identified { .. } => {}
         }
         None
@@ -74,16 +75,23 @@ impl Messages {
         Message { topic, schema, descriptors: schema::DECODED, metadata, time, payload }
     }
 
-    /// Returns the message of a finding: `code` is its rule, `cause` when what it is about was on the wire.
-    pub fn finding(&self, level: Level, code: &str, message: &str, cause: Option<Timestamp>) -> Message {
-        let timestamp = cause.map(|time| Seconds {
+    fn finding(&self, finding: &Finding) -> Message {
+        let timestamp = finding.time.map(|time| Seconds {
             seconds: time.as_ns().div_euclid(SECOND),
             nanos: time.as_ns().rem_euclid(SECOND) as i32, // below 10^9
         });
-        let log = Log { timestamp, level: level as i32, message: message.to_owned(), name: code.to_owned() };
+        let level = match finding.severity {
+            Severity::Note => Level::Info,
+            Severity::Warning => Level::Warning,
+            Severity::Error => Level::Error,
+        };
+        let address = finding.address.map_or_else(String::new, |address| format!(" at {address}"));
+        let message =
+            format!("{} ({}{address}): {}", finding.rule.name, finding.party.name(), finding.message);
+        let log = Log { timestamp, level: level as i32, message, name: finding.rule.code.to_owned() };
         Message {
             descriptors: schema::FOXGLOVE_LOG,
-            time: cause,
+            time: finding.time,
             ..self.message("findings", "foxglove.Log", log.encode_to_vec())
         }
     }

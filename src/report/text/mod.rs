@@ -13,6 +13,7 @@ use std::fmt::{self, Write};
 use std::io::Write as _;
 
 use super::{Clock, Format, columns};
+use crate::analyze::verify::Finding;
 use crate::decode::frame::{Damaged, Frame, Role};
 use crate::decode::function::FunctionCode;
 use crate::decode::pdu::{self, PduValue};
@@ -20,7 +21,7 @@ use crate::decode::transaction::{Outcome, Side, Transaction};
 use crate::device::{Field, Identified, Meaning, Profiles};
 use crate::pipeline::{Event, Lost};
 use crate::time::{MILLISECOND, Span, Timestamp};
-use style::Styles;
+pub(super) use style::Styles;
 
 /// Is the likeliest reading of a device's words, shown although the device is not known.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -210,6 +211,16 @@ impl Text {
         write!(self.line, "  {bad}! {count} bytes lost ({}) before byte {at}{bad:#}", lost.kind.name())
     }
 
+    fn finding(&mut self, finding: &Finding) -> fmt::Result {
+        self.time(finding.time, finding.frames.last().copied().unwrap_or(0));
+        self.address(finding.address);
+        let Finding { rule, severity, party, message, .. } = finding;
+        let (style, dim) = (self.styles.severity(*severity), self.styles.dim);
+        write!(self.line, "  {style}{:<7} {} {}{style:#}", severity.name(), rule.code, rule.name)?;
+        write!(self.line, " {dim}({}){dim:#} {message}", party.name())?;
+        if self.verbose { write!(self.line, "\n    {dim}{}{dim:#}", rule.help) } else { Ok(()) }
+    }
+
     fn write_row(&mut self, event: &Event<'_>) -> fmt::Result {
         match event {
             Event::Frame(frame) => {
@@ -228,7 +239,7 @@ impl Text {
             }
             Event::Lost(lost) => self.lost(lost)?,
             Event::Identified { identified, time } => self.identified(identified, *time)?,
-            Event::Transaction { transaction, meaning } => {
+            Event::Transaction { transaction, meaning, .. } => {
                 self.transaction(transaction, meaning)?;
                 if self.verbose {
                     detail::transaction(&mut self.line, &self.styles, transaction, meaning)?;
@@ -249,6 +260,7 @@ impl Text {
                     write!(self.line, "  {dim}derived{dim:#}")?;
                 }
             }
+            Event::Finding(finding) => self.finding(finding)?,
         }
         Ok(())
     }

@@ -2,19 +2,29 @@
 
 use anstyle::{AnsiColor, Style};
 
+use crate::analyze::verify::Severity;
+
 /// Holds the styles; the default has none.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Styles {
-    pub(super) dim: Style,
-    pub(super) bold: Style,
-    pub(super) accent: Style,
-    pub(super) good: Style,
-    pub(super) warn: Style,
-    pub(super) bad: Style,
+pub(in crate::report) struct Styles {
+    pub(in crate::report) dim: Style,
+    pub(in crate::report) bold: Style,
+    pub(in crate::report) accent: Style,
+    pub(in crate::report) good: Style,
+    pub(in crate::report) warn: Style,
+    pub(in crate::report) bad: Style,
 }
 
 impl Styles {
-    pub(super) fn coloured() -> Self {
+    pub(in crate::report) fn severity(&self, severity: Severity) -> Style {
+        match severity {
+            Severity::Error => self.bad,
+            Severity::Warning => self.warn,
+            Severity::Note => self.accent,
+        }
+    }
+
+    pub(in crate::report) fn coloured() -> Self {
         let colour = |colour: AnsiColor| colour.on_default();
         Styles {
             dim: Style::new().dimmed(),
