@@ -393,7 +393,7 @@ mod tests {
             ("[devices]\n300 = 'yosemitech-do'", "2:1: '300' is not a unit address from 1 to 247"),
             ("[devices]\n3 = 5", "2:5: '3' is of type integer, not a text"),
             ("line = ", "1:8: "),
-            ("theme = 'dusk'", "1:9: 'dusk' is no theme; did you mean"),
+            ("theme = 'dusk'", "1:9: 'dusk' is no theme; use one of dark"),
             ("[keys]\nfrieze = 'x'", "2:1: nothing is called 'frieze'; did you mean 'freeze'?"),
             ("[keys]\nfreeze = 'hyper-x'", "2:1: 'hyper-x' is no key"),
             ("[keys]\nfreeze = 'q'", "1:1: 'q' is to do both 'freeze' and 'quit'"),

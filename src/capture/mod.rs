@@ -350,8 +350,11 @@ impl Input {
     /// Goes on with the streams of an earlier input, if this one is a later part of its session; tells whether it is.
     pub fn continue_after(&mut self, earlier: &Input) -> bool {
         let Reader::Mcap(recording) = &mut self.reader else { return false };
-        let Some(earlier) = earlier.recording() else { return false };
-        recording.continue_after(earlier)
+        let Some(before) = earlier.recording() else { return false };
+        let continues = recording.continue_after(before);
+        // The last part of a session may hold nothing but what silence decided.
+        self.has_bytes |= continues && earlier.has_bytes;
+        continues
     }
 
     fn recording(&self) -> Option<&Recording> {

@@ -40,13 +40,11 @@ pub(super) const KINDS: [(&str, Kind); 9] = [
 ];
 
 /// What commands are for that have a name which all profiles share, unless they say otherwise.
-const USUAL_KINDS: [(&str, Kind); 9] = [
+const USUAL_KINDS: [(&str, Kind); 7] = [
     ("start-measurement", Kind::Start),
     ("stop-measurement", Kind::Stop),
     ("get-measurement", Kind::Measurement),
     ("start-brush", Kind::Brush),
-    ("set-calibration", Kind::Calibration),
-    ("set-cap-coefficients", Kind::Calibration),
     ("set-brush-interval", Kind::Setting),
     ("set-address", Kind::Address),
     ("set-time", Kind::Clock),
@@ -140,7 +138,10 @@ fn read_measuring(section: &Section<'_>) -> Measuring {
 
 /// Returns what a command of a usual name is for.
 fn usual_kind(name: &str) -> Kind {
-    USUAL_KINDS.iter().find(|(usual, _)| *usual == name).map_or(Kind::Other, |(_, kind)| *kind)
+    let usual = USUAL_KINDS.iter().find(|(usual, _)| *usual == name).map(|(_, kind)| *kind);
+    let corrects =
+        name.starts_with("set-") && (name.contains("calibration") || name.contains("coefficients"));
+    usual.unwrap_or(if corrects { Kind::Calibration } else { Kind::Other })
 }
 
 fn read_commands(section: &Section<'_>, source: Source) -> Vec<Command> {

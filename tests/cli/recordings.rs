@@ -80,6 +80,9 @@ fn that_a_recording_was_redacted_stays_with_it_and_its_names_do_not() {
     assert_eq!(facts["source"], "/dev/serial/by-id/usb-FTDI_UART_XXXXXXXX-if00");
     assert_eq!((&*facts["usb_serial"], &*facts["usb_vid_pid"]), ("XXXXXXXX", "0403:6001"));
     assert_eq!(clocks.len(), 2);
+    let hex = rtutap(&["export", arg(&once), "-o", "-", "--format", "hex"]).assert().success();
+    let hex = String::from_utf8_lossy(&hex.get_output().stdout).into_owned();
+    assert!(hex.contains("\n# redacted: serial numbers are blanked"), "{hex}");
     let said = "remark        pump: redacted: serial numbers are blanked with X, and CRCs mended; decoded \
                 messages: only what passes: addr == 1\n";
     rtutap(&["info", arg(&again)]).assert().success().stdout(predicate::str::contains(said));

@@ -76,8 +76,11 @@ fn filters_see_derived_values_and_unknown_names_are_warned_of() {
 
 #[test]
 fn findings_can_be_asked_for() {
+    let findings =
+        |format, input: &[u8]| stdout(&["decode", "-", "--show", "findings", "--format", format], input);
     for format in ["text", "json"] {
-        assert_eq!(stdout(&["decode", "-", "--show", "findings", "--format", format], b"01 03"), "");
+        assert_eq!(findings(format, b"01 03 26 00 00 04 4F 41 01 03 08 00 00 8D 41 66 66 73 3F 2C B2"), "");
+        assert!(findings(format, b"01 03").contains("2 bytes belong to no frame"));
     }
 }
 

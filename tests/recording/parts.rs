@@ -44,6 +44,26 @@ fn parts_are_one_stream_whatever_they_are_split_by() {
 }
 
 #[test]
+fn a_last_part_without_a_byte_is_no_error_after_the_others() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let path = directory.path().join("a.mcap");
+    let options = Options { rotate_time_ns: Some(SECOND), session_id: "one".into(), ..Options::default() };
+    let (mut recorder, id) = recorder(&path, options);
+    let reads = reads("clean", Adapter::Uart, 4);
+    recorder.write_chunk(id, &chunk(&reads[0]), None).expect("a disk that works");
+    let later = reads[0].time + 10 * SECOND;
+    recorder.tick(later).expect("a disk that works");
+    recorder.write_silence(id, later).expect("a disk that works");
+    let parts = recorder.finish("finished").expect("a disk that works");
+    let [first, last] = &parts[..] else { panic!("two parts: {parts:?}") };
+    let mut first = rtutap::capture::Input::open(first, None).expect("a recording");
+    while first.advance().expect("it has bytes") {}
+    let mut last = rtutap::capture::Input::open(last, None).expect("a recording");
+    assert!(last.continue_after(&first));
+    while last.advance().expect("its session has bytes") {}
+}
+
+#[test]
 fn a_missing_part_is_a_loss_of_known_size() {
     let directory = tempfile::tempdir().expect("a directory");
     let reads = reads("installation", Adapter::Ftdi16, 300);

@@ -195,7 +195,7 @@ mod tests {
         assert_eq!(words("device == "), ["yosemitech-do"]);
         assert_eq!(words("crc "), ["bad", "good"]);
         assert_eq!(words("addr == 1 "), ["&&", "||"]);
-        assert_eq!(words("addr == 1 && tu"), ["turbidity"]);
+        assert_eq!(words("addr == 1 && tu"), ["turbidity", "temperature"], "what begins so comes first");
         assert_eq!(words("bytes "), ["contains"]);
         assert_eq!(words("latency > 100 "), ["ms", "s", "us", "ns"]);
         assert_eq!(words("outcome in "), ["("]);

@@ -1,6 +1,6 @@
 //! What was seen of a bus, as far as more than one family of rules asks for it.
 
-use std::collections::{HashMap, VecDeque};
+use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
 use crate::decode::frame::{Damaged, Frame, Reason, Role, WireTime};
@@ -111,7 +111,7 @@ pub(super) struct Bus {
     hidden: VecDeque<u64>,
     /// The latest damaged runs of any kind.
     damage: VecDeque<u64>,
-    tallies: HashMap<(u8, u8, u16), Tally>,
+    tallies: BTreeMap<(u8, u8, u16), Tally>,
     /// The latest change of address.
     pub(super) moved: Option<Moved>,
     /// Id after the last frame or run.
@@ -128,7 +128,7 @@ impl Bus {
             requests: VecDeque::new(),
             hidden: VecDeque::new(),
             damage: VecDeque::new(),
-            tallies: HashMap::new(),
+            tallies: BTreeMap::new(),
             moved: None,
             next_id: 0,
         }

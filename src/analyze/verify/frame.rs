@@ -1,6 +1,6 @@
 //! F: frames that are damaged, or that nobody should send.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 
 use super::bus::Bus;
 use super::catalogue::{F01, F02, F03, F04, F05, F06, L05, T08};
@@ -27,7 +27,7 @@ const EARLY: u64 = 50;
 #[derive(Clone, Debug, Default)]
 pub(super) struct FrameRules {
     /// How often a CRC fitted another address: by the address on the wire, and the other.
-    misfits: HashMap<(u8, u8), u64>,
+    misfits: BTreeMap<(u8, u8), u64>,
     /// The last frame, when it is a request that waits for its answer.
     outstanding: Option<(u64, usize)>,
     /// Id and end, in the stream, of a damaged run where an answer was due, and how many bytes that still has.

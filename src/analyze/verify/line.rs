@@ -1,6 +1,6 @@
 //! L: silences, and what UART and host reported.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 
 use super::catalogue::{L01, L02, L03, L04, L05, L06, L07};
 use super::finding::{Finding, Party, Severity};
@@ -34,8 +34,8 @@ pub(super) struct LineRules {
     /// Stream offset after the last frame.
     frame_end: Option<u64>,
     /// Pauses by address, role, length and place: how many, of how many frames.
-    pauses: HashMap<(u8, Role, usize, usize), u32>,
-    kinds: HashMap<(u8, Role, usize), u32>,
+    pauses: BTreeMap<(u8, u8, usize, usize), u32>,
+    kinds: BTreeMap<(u8, u8, usize), u32>,
 }
 
 impl LineRules {
@@ -49,8 +49,8 @@ impl LineRules {
             frames: 0,
             requests: [0; 2],
             frame_end: None,
-            pauses: HashMap::new(),
-            kinds: HashMap::new(),
+            pauses: BTreeMap::new(),
+            kinds: BTreeMap::new(),
         }
     }
 
@@ -139,7 +139,7 @@ impl LineRules {
         let character = stamper.character_ns();
         let duration = time.end.earliest - time.start.latest;
         let is_long = duration > character.saturating_mul(length as i64).saturating_add(self.longest_inside);
-        let kind = (frame.address(), frame.role, length);
+        let kind = (frame.address(), frame.role as u8, length);
         if self.kinds.len() < MOST_PLACES || self.kinds.contains_key(&kind) {
             *self.kinds.entry(kind).or_default() += 1;
         }
@@ -185,7 +185,7 @@ impl LineRules {
     }
 
     /// Counts a pause; tells whether it comes at the same place so often that no host stalls like that.
-    fn is_repeated(&mut self, kind: (u8, Role, usize), at: usize) -> bool {
+    fn is_repeated(&mut self, kind: (u8, u8, usize), at: usize) -> bool {
         let key = (kind.0, kind.1, kind.2, at);
         if self.pauses.len() >= MOST_PLACES && !self.pauses.contains_key(&key) {
             return false;

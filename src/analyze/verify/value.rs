@@ -1,6 +1,6 @@
 //! V: what a device says.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 
 use super::bus::{Bus, Mark, kind};
 use super::catalogue::{V01, V02, V03, V04};
@@ -35,9 +35,9 @@ struct Watched {
 /// Judges what devices say.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ValueRules {
-    watched: HashMap<(u8, u16, usize), Watched>,
+    watched: BTreeMap<(u8, u16, usize), Watched>,
     /// The clock of each unit: what it showed in seconds, and when.
-    clocks: HashMap<u8, (i64, Timestamp, Mark)>,
+    clocks: BTreeMap<u8, (i64, Timestamp, Mark)>,
 }
 
 impl ValueRules {
@@ -100,7 +100,7 @@ impl ValueRules {
                 found.extend(self.clock(t, &field, response, bus));
             }
         }
-        if quantities > 1 {
+        if (moved.count_ones()) < quantities {
             self.frozen(t, meaning, register, moved, finding, found);
         }
     }

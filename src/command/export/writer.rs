@@ -82,7 +82,11 @@ impl Writer {
                 out.extend_from_slice(
                     hex_heading(line, origin.settings.adapter_hold_ns, origin.is_raw).as_bytes(),
                 );
-                remarks.iter().for_each(|remark| out.extend_from_slice(format!("# {remark}\n").as_bytes()));
+                // What was done to the recording before stays true.
+                let before = origin.settings.facts.get(REMARK_KEY).filter(|said| !remarks.contains(said));
+                for remark in remarks.iter().chain(before) {
+                    out.extend_from_slice(format!("# {remark}\n").as_bytes());
+                }
             }
             _ => {}
         }

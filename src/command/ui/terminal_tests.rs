@@ -23,6 +23,7 @@ fn a_panic_gives_the_terminal_back_and_then_is_said() {
     let name = "command::ui::terminal::tests::a_panic_gives_the_terminal_back_and_then_is_said";
     command.args(["--exact", name, "--nocapture", "--test-threads=1"]);
     command.env(INSIDE, "1");
+    command.env("RUST_BACKTRACE", "0");
     let mut child = pair.slave.spawn_command(command).expect("this test");
     drop(pair.slave);
     let mut reader = pair.master.try_clone_reader().expect("the other side");

@@ -54,7 +54,7 @@ pub(super) struct Unit {
     /// Commands of the profile, and whether they were sent.
     pub(super) commands: Vec<(String, bool)>,
     /// The last command that matters for the order, and when its answer ended.
-    last: Option<(String, Option<Timestamp>)>,
+    last: Option<(usize, Option<Timestamp>)>,
 }
 
 /// Gathers what the master does.
@@ -62,7 +62,10 @@ pub(super) struct Unit {
 pub(super) struct Activity {
     pub(super) buses: Vec<String>,
     pub(super) requests: BTreeMap<Key, Requests>,
-    pub(super) steps: BTreeMap<(usize, u8, String, String), Step>,
+    /// By bus, address, and the places in `names` of the one before and the one after.
+    pub(super) steps: BTreeMap<(usize, u8, usize, usize), Step>,
+    /// Names of commands.
+    names: Vec<String>,
     pub(super) units: BTreeMap<(usize, u8), Unit>,
 }
 
@@ -119,6 +122,19 @@ impl Activity {
         }
     }
 
+    /// Returns the place of a command's name; profiles have few.
+    fn name(&mut self, name: &str) -> usize {
+        self.names.iter().position(|known| known == name).unwrap_or_else(|| {
+            self.names.push(name.to_owned());
+            self.names.len() - 1
+        })
+    }
+
+    /// Returns the name at a place.
+    pub(super) fn named(&self, at: usize) -> &str {
+        self.names.get(at).map_or("-", String::as_str)
+    }
+
     /// Counts the steps between starts, reads, stops and brushes.
     fn step(&mut self, bus: usize, t: &Transaction<'_>, meaning: &Meaning<'_>, start: Option<Timestamp>) {
         let Some(command) = meaning.agreed_command() else { return };
@@ -126,10 +142,10 @@ impl Activity {
             return;
         }
         let end = t.response.or(t.request).and_then(|side| side.time).map(|time| time.end.midpoint());
+        let name = self.name(&command.name);
         let unit = self.units.entry((bus, t.address)).or_default();
-        let before = unit.last.replace((command.name.to_string(), end));
-        let Some((before, ended)) = before else { return };
-        let key = (bus, t.address, before, command.name.to_string());
+        let Some((before, ended)) = unit.last.replace((name, end)) else { return };
+        let key = (bus, t.address, before, name);
         if self.steps.len() >= MOST && !self.steps.contains_key(&key) {
             return;
         }

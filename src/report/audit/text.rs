@@ -176,6 +176,7 @@ impl Report<'_> {
         let dim = styles.dim;
         writeln!(f, "\nin which order, and after how long at least")?;
         for ((bus, address, from, to), step) in &activity.steps {
+            let (from, to) = (activity.named(*from), activity.named(*to));
             let wait = step
                 .least_ns
                 .map_or_else(|| "-".to_owned(), |ns| format!("{:.2} s", ns as f64 / SECOND as f64));

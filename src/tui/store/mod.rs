@@ -13,6 +13,7 @@ mod feed;
 mod finding;
 mod health;
 mod json;
+mod learn;
 mod names;
 mod pages;
 mod row;

@@ -163,7 +163,8 @@ proptest! {
         prop_assume!(!before.contains(['"', '\'']));
         let Completion { start, words } = Completion::of(before, &Vocabulary::default());
         prop_assert_eq!(start, before.len());
-        for word in words {
+        // A number may be too large for a unit.
+        for word in words.into_iter().filter(|word| !["s", "ms", "us", "ns"].contains(&&**word)) {
             let text = format!("{before}{word} ");
             if let Err(error) = Filter::parse(&text) {
                 prop_assert!(error.offset() > start, "'{}': {}", text, error);

@@ -87,12 +87,13 @@ pub(in crate::command) fn replay(replayed: Replayed<'_>) -> Result<(), Failure> 
     let Replayed { setup, paths, format, follows, clock, options, equipment } = replayed;
     let labels = Labels::new(&setup.profiles);
     let tracks = Tracks::new(paths.clone(), format, setup.line, follows);
-    let line = setup.line.or(Reel::open(&tracks)?.input().line()).unwrap_or_default();
+    let reel = Reel::open(&tracks)?;
+    let line = setup.line.or(reel.input().line()).unwrap_or_default();
     let shared = Shared::default();
     {
         let mut known = shared.lock();
         known.timeline.is_growing = follows;
-        if let Some((first, last)) = tracks.times() {
+        if let Some((first, last)) = reel.times() {
             (known.timeline.origin, known.timeline.end_ns) = (Some(first), last - first);
         }
     }
@@ -104,7 +105,7 @@ pub(in crate::command) fn replay(replayed: Replayed<'_>) -> Result<(), Failure> 
         let player = teller.clone();
         let player_clock = Arc::clone(&clock);
         let started = Builder::new().name("player".to_owned()).spawn_scoped(scope, move || {
-            let result = play(scope, stage, &receiver, &player, &*player_clock);
+            let result = play(scope, stage, reel, &receiver, &player, &*player_clock);
             if let Err(failure) = result {
                 failure.say();
             }
@@ -142,11 +143,11 @@ fn outside(
 fn play<'scope, 'a: 'scope, 's: 'scope>(
     scope: &'scope Scope<'scope, '_>,
     stage: Stage<'a, 's>,
+    reel: Reel<'s>,
     orders: &Receiver<Order>,
     teller: &Teller,
     clock: &dyn Clock,
 ) -> Result<(), Failure> {
-    let reel = Reel::open(stage.tracks)?;
     let mut head = Head::new(reel, stage.decoder(), stage.shared, stage.line);
     head.work(clock.realtime(), &mut || true)?;
     show(&mut head, teller);

@@ -57,14 +57,6 @@ impl Tracks {
         input.use_line(self.line.or(input.line()).unwrap_or_default());
         Ok(input)
     }
-
-    /// Returns the first and the last time of the whole session, where indexes say them.
-    pub(super) fn times(&self) -> Option<(Timestamp, Timestamp)> {
-        let paths = self.paths.lock().unwrap_or_else(PoisonError::into_inner).clone();
-        let times = |path: &PathBuf| self.open(path).ok()?.times();
-        let (first, last) = (paths.first().and_then(times)?, paths.last().and_then(times)?);
-        Some((first.0, last.1))
-    }
 }
 
 /// Says what became of going on.
@@ -162,6 +154,17 @@ impl<'a> Reel<'a> {
     /// Returns the path of the part that is read, and what it says of itself.
     pub(super) fn part(&self) -> (PathBuf, Option<&Facts>) {
         (self.tracks.path(self.part).unwrap_or_default(), self.input.facts())
+    }
+
+    /// Returns the first and the last time of the whole session, where indexes say them.
+    pub(super) fn times(&self) -> Option<(Timestamp, Timestamp)> {
+        let (first, mut last) = self.input.times()?;
+        let mut part = self.part + 1;
+        while let Some(path) = self.tracks.path(part) {
+            last = self.tracks.open(&path).ok()?.times()?.1;
+            part += 1;
+        }
+        Some((first, last))
     }
 
     /// Returns the input that is read.
