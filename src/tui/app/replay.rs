@@ -38,8 +38,7 @@ pub enum Order {
     Rows(List, u64),
     /// Go to the end, and stay there while the recording grows.
     End,
-    /// Go to the next of something, or the one before; `before` is a row and its time to look before, instead of the
-    /// playhead.
+    /// Go to the next of something, or the last before; back, from a row if one is given, else from the playhead.
     Find {
         /// What is looked for.
         what: Sought,
@@ -137,6 +136,19 @@ impl App {
 
     /// Tells whether an action goes about in a recording, and what the player is to do.
     pub(super) fn replay_order(&mut self, action: Action) -> Option<Order> {
+        let order = self.order(action)?;
+        // What is pressed twice counts twice, even before the player has told of the first.
+        if let Some(replay) = &mut self.deck.replay {
+            match order {
+                Order::Speed(speed) => replay.speed = speed,
+                Order::Place(place) => replay.playhead = place,
+                _ => {}
+            }
+        }
+        Some(order)
+    }
+
+    fn order(&mut self, action: Action) -> Option<Order> {
         let replay = self.deck.replay.as_ref()?;
         let end = replay.timeline.end();
         let part = (end / PART).max(1);

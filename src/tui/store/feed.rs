@@ -19,7 +19,7 @@ use crate::report::words::{self, Labels};
 use crate::time::Timestamp;
 
 /// How many points of a series a checkpoint keeps at least.
-const LATEST_POINTS: u64 = 1024;
+const LATEST_POINTS: u64 = 256;
 /// How many damaged runs wait for their transaction.
 const MOST_HELD: usize = 256;
 
