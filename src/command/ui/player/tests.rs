@@ -400,7 +400,7 @@ fn checkpoints_stay_few_and_reach_to_the_end() {
     let shared = stage.scanned(1);
     let known = shared.lock();
     assert!(known.checkpoints.len() <= 512);
-    let last = known.checkpoints.last(0, |_| true).expect("the last one");
+    let last = known.checkpoints.last(|_| true).expect("the last one");
     assert!(last.decoder.store().list(List::Frames).kept().count() < 64, "rows are decoded again");
     assert!(known.timeline.end() - last.decoder.reached().elapsed_ns < known.timeline.end() / 20);
 }
