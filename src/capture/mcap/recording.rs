@@ -188,6 +188,8 @@ impl Recording {
         self.messages.go(place.at)?;
         self.plan = None;
         self.state = place.state.clone();
+        // Channels that were seen after the place are not told again.
+        self.state.channels(&self.messages.channels, &self.messages.schemas);
         self.is_finished = place.is_finished;
         Ok(())
     }

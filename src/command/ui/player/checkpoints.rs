@@ -11,6 +11,9 @@ const MOST: usize = 512;
 /// How many bytes of buses lie between two at first.
 const LEAST: u64 = 16 * 1024;
 
+/// What part of the way to the next checkpoint gives rows enough to look at.
+const LEAD: i64 = 8;
+
 /// Is a state to go on from.
 pub(super) struct Checkpoint<'a> {
     pub(super) place: Place,
@@ -48,15 +51,30 @@ impl<'a> Checkpoints<'a> {
         }
     }
 
-    /// Returns the last one for which something holds that holds for all before it, or `back` before that.
-    pub(super) fn last(
-        &self,
-        back: usize,
-        is_before: impl Fn(&Decoder<'a>) -> bool,
-    ) -> Option<Arc<Checkpoint<'a>>> {
+    /// Returns the last one for which something holds that holds for all before it.
+    pub(super) fn last(&self, is_before: impl Fn(&Decoder<'a>) -> bool) -> Option<Arc<Checkpoint<'a>>> {
         let count = self.list.partition_point(|checkpoint| is_before(&checkpoint.decoder));
-        let at = count.checked_sub(1)?.saturating_sub(back);
-        self.list.get(at).cloned()
+        self.list.get(count.checked_sub(1)?).cloned()
+    }
+
+    /// Returns the first one.
+    pub(super) fn first(&self) -> Option<Arc<Checkpoint<'a>>> {
+        self.list.first().cloned()
+    }
+
+    /// Returns the one to go on from to where `measure` is `target`, so that there will be rows to look at.
+    pub(super) fn near(
+        &self,
+        measure: &dyn Fn(&Decoder<'a>) -> i64,
+        target: i64,
+    ) -> Option<Arc<Checkpoint<'a>>> {
+        let at = |index: usize| self.list.get(index).map(|checkpoint| measure(&checkpoint.decoder));
+        let count = self.list.partition_point(|checkpoint| measure(&checkpoint.decoder) <= target);
+        let last = count.checked_sub(1)?;
+        let is_far = at(last)
+            .zip(at(count))
+            .is_some_and(|(here, next)| target.saturating_sub(here) > next.saturating_sub(here) / LEAD);
+        self.list.get(if is_far { last } else { last.saturating_sub(1) }).cloned()
     }
 
     /// Keeps one every so many bytes.

@@ -64,7 +64,7 @@ impl Head<'_, '_> {
                 return Ok(Stop::Wait);
             };
             if here < begin {
-                self.approach(1, &|decoder| decoder.reached().elapsed_ns < begin)?;
+                self.approach(&|decoder| decoder.reached().elapsed_ns, begin.saturating_sub(1))?;
             }
             let (mut found, was_over) = (false, self.is_over);
             let stop = self.run(more, |head, next| {

@@ -193,13 +193,20 @@ impl<'a, 's> Head<'a, 's> {
 
     /// Goes to a place that can be told when it is reached.
     fn go(&mut self, mut goal: Goal, more: &mut dyn FnMut() -> bool) -> Result<Stop, Failure> {
-        let at = |decoder: &Decoder<'_>| match goal {
-            Goal::Place(place) => decoder.reached().elapsed_ns <= place,
-            Goal::Rows(list, count) | Goal::Back(list, count, _) => decoder.rows(list) <= count,
-            Goal::Items(items) => decoder.reached().items <= items,
-            Goal::End | Goal::Find(_) => true,
+        let count = |count: u64| i64::try_from(count).unwrap_or(i64::MAX);
+        let target = match goal {
+            Goal::Place(place) => place,
+            Goal::Rows(_, rows) | Goal::Back(_, rows, _) => count(rows),
+            Goal::Items(items) => count(items),
+            Goal::End | Goal::Find(_) => i64::MAX,
         };
-        self.approach(1, &at)?;
+        let kind = goal.clone();
+        let measure = |decoder: &Decoder<'_>| match kind {
+            Goal::Place(_) => decoder.reached().elapsed_ns,
+            Goal::Rows(list, _) | Goal::Back(list, ..) => count(decoder.rows(list)),
+            Goal::Items(_) | Goal::End | Goal::Find(_) => count(decoder.reached().items),
+        };
+        self.approach(&measure, target)?;
         let stop = self.run(more, |head, next| match &mut goal {
             Goal::Back(list, count, items) => {
                 let is_beyond = head.decoder.rows(*list) > *count;
@@ -242,16 +249,14 @@ impl<'a, 's> Head<'a, 's> {
         self.from = None;
     }
 
-    /// Restores a checkpoint from which the goal is nearer than from here; `at_or_before` tells what lies before it.
-    ///
-    /// With `back` it is that many before the nearest, so that there are rows to look at.
+    /// Restores a checkpoint from which it is nearer to where `measure` is `target` than from here.
     pub(super) fn approach(
         &mut self,
-        back: usize,
-        at_or_before: &dyn Fn(&Decoder<'a>) -> bool,
+        measure: &dyn Fn(&Decoder<'a>) -> i64,
+        target: i64,
     ) -> Result<(), Failure> {
-        let nearest = self.shared.lock().checkpoints.last(back, at_or_before);
-        let is_past = !at_or_before(&self.decoder);
+        let nearest = self.shared.lock().checkpoints.near(measure, target);
+        let is_past = measure(&self.decoder) > target;
         let Some(nearest) = nearest else { return Ok(()) };
         if !is_past && nearest.decoder.reached().items <= self.decoder.reached().items {
             return Ok(());
@@ -261,9 +266,11 @@ impl<'a, 's> Head<'a, 's> {
 
     /// Restores the last checkpoint for which something holds, or the first.
     pub(super) fn restore(&mut self, is_before: &dyn Fn(&Decoder<'a>) -> bool) -> Result<(), Failure> {
-        let checkpoints = self.shared.lock().checkpoints.last(0, is_before);
-        let first = || self.shared.lock().checkpoints.last(usize::MAX, |_| true);
-        match checkpoints.or_else(first) {
+        let checkpoint = {
+            let known = self.shared.lock();
+            known.checkpoints.last(is_before).or_else(|| known.checkpoints.first())
+        };
+        match checkpoint {
             Some(checkpoint) => self.go_on_from(&checkpoint),
             None => Ok(()),
         }

@@ -163,15 +163,20 @@ fn a_seek_over_damage_and_over_parts_gives_the_same_too() {
     bytes[middle..middle + 3000].fill(0xa5);
     let damaged = directory.path().join("damaged.mcap");
     std::fs::write(&damaged, bytes).expect("a disk that works");
+    let unfinished = directory.path().join("unfinished.mcap");
+    // Its channels are told after the first place to come back to.
+    let whole = Path::new(env!("CARGO_MANIFEST_DIR")).join("captures/troubled.mcap");
+    let whole = std::fs::read(whole).expect("a sample");
+    std::fs::write(&unfinished, &whole[..whole.len() * 3 / 4]).expect("a disk that works");
     let options = Options { rotate_chunks: Some(8), session_id: "one".into(), ..Options::default() };
     let parts = record(&directory.path().join("parts.mcap"), 1200, options);
     assert!(parts.len() > 3);
-    for paths in [vec![damaged], parts] {
+    for paths in [vec![damaged], vec![unfinished], parts] {
         let stage = Stage::new(paths, false);
         let shared = stage.scanned(256);
         let end = shared.lock().timeline.end();
         let mut head = stage.head(&shared);
-        for place in [end * 3 / 4, end / 4, end / 2, end] {
+        for place in [end, 0, end * 3 / 4, end / 4, end / 2, end] {
             go(&mut head, Order::Place(place));
             same_as_run(&head, &stage.run(|_, next| next > place));
         }
@@ -400,7 +405,7 @@ fn checkpoints_stay_few_and_reach_to_the_end() {
     let shared = stage.scanned(1);
     let known = shared.lock();
     assert!(known.checkpoints.len() <= 512);
-    let last = known.checkpoints.last(0, |_| true).expect("the last one");
+    let last = known.checkpoints.last(|_| true).expect("the last one");
     assert!(last.decoder.store().list(List::Frames).kept().count() < 64, "rows are decoded again");
     assert!(known.timeline.end() - last.decoder.reached().elapsed_ns < known.timeline.end() / 20);
 }
