@@ -15,6 +15,10 @@ pub(super) fn run(args: &cli::Recover) -> Result<(), Failure> {
         let hint = "name another file with -o; the damaged one is kept as it is";
         return Err(Failure::hinted(format!("'{output}' is the input itself"), hint));
     }
+    if args.output.is_file() {
+        let hint = "name another file with -o; a recording is not written over";
+        return Err(Failure::hinted(format!("'{output}' exists already"), hint));
+    }
     #[expect(clippy::disallowed_methods, reason = "recordings are files")]
     let file = File::open(&args.input);
     let file = file.map_err(|error| {

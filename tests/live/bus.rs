@@ -52,6 +52,14 @@ impl Bus {
         self.file
     }
 
+    /// Tells whether the kernel holds as much for the other side as it ever does; also where it may not be asked.
+    pub fn is_full(&self) -> bool {
+        use rustix::fs::{Mode, OFlags, open};
+        let flags = OFlags::RDONLY | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;
+        let Ok(other) = open(&*self.path, flags, Mode::empty()) else { return true };
+        rustix::io::ioctl_fionread(&other).expect("a terminal") >= 4000
+    }
+
     /// Says as much as there is room for; returns how much that was.
     pub fn say_some(&mut self, bytes: &[u8]) -> usize {
         rustix::io::ioctl_fionbio(&self.file, true).expect("a file");

@@ -11,6 +11,11 @@ pub(super) trait Disk: Send {
     /// Returns the finished recordings that may be removed, the oldest first.
     fn oldest(&self) -> Vec<PathBuf>;
 
+    /// Returns how many bytes a recording takes.
+    fn size(&self, path: &Path) -> u64 {
+        std::fs::metadata(path).map_or(0, |metadata| metadata.len())
+    }
+
     /// Removes a recording.
     fn remove(&self, path: &Path) -> io::Result<()>;
 }
@@ -28,28 +33,39 @@ pub(super) struct Floor {
 pub(super) enum Room {
     /// There is enough, maybe since these were removed.
     Enough(Vec<PathBuf>),
-    /// There is not, and this much is free.
-    Short(u64),
+    /// There is not.
+    Short {
+        /// Bytes that are free.
+        free: u64,
+        /// What was removed all the same, for it seemed to be enough.
+        removed: Vec<PathBuf>,
+    },
 }
 
 impl Floor {
-    /// Looks whether there is room, and makes some if it may.
+    /// Looks whether there is room, and makes some if it may; what would not make enough stays.
     pub(super) fn check(&self, disk: &dyn Disk, file: &Path) -> Room {
         let mut removed = Vec::new();
         // What cannot be asked says at the latest when it is written to.
         let Ok(mut free) = disk.free(file) else { return Room::Enough(removed) };
-        if free < self.min_free && self.drop_oldest {
-            for oldest in disk.oldest() {
-                if disk.remove(&oldest).is_ok() {
-                    removed.push(oldest);
-                }
-                free = disk.free(file).unwrap_or(free);
-                if free >= self.min_free {
-                    break;
-                }
+        if free >= self.min_free {
+            return Room::Enough(removed);
+        }
+        let oldest = if self.drop_oldest { disk.oldest() } else { Vec::new() };
+        let sizes = oldest.iter().map(|path| disk.size(path));
+        if sizes.fold(free, u64::saturating_add) < self.min_free {
+            return Room::Short { free, removed };
+        }
+        for path in oldest {
+            if disk.remove(&path).is_ok() {
+                removed.push(path);
+            }
+            free = disk.free(file).unwrap_or(free);
+            if free >= self.min_free {
+                return Room::Enough(removed);
             }
         }
-        if free < self.min_free { Room::Short(free) } else { Room::Enough(removed) }
+        Room::Short { free, removed }
     }
 }
 
@@ -102,6 +118,10 @@ mod tests {
             self.files.lock().expect("one thread").clone()
         }
 
+        fn size(&self, _path: &Path) -> u64 {
+            10
+        }
+
         fn remove(&self, path: &Path) -> io::Result<()> {
             self.files.lock().expect("one thread").retain(|file| file != path);
             *self.free.lock().expect("one thread") += 10;
@@ -122,11 +142,17 @@ mod tests {
     }
 
     #[test]
-    fn without_leave_or_without_files_the_disk_is_short() {
+    fn without_leave_the_disk_is_short() {
         let (disk, file) = (small(), Path::new("d.mcap.part"));
         let keep = Floor { min_free: 20, drop_oldest: false };
-        assert_eq!(keep.check(&disk, file), Room::Short(5));
+        assert_eq!(keep.check(&disk, file), Room::Short { free: 5, removed: vec![] });
+    }
+
+    #[test]
+    fn nothing_is_removed_that_would_not_make_enough_room() {
+        let (disk, file) = (small(), Path::new("d.mcap.part"));
         let drop = Floor { min_free: 100, drop_oldest: true };
-        assert_eq!(drop.check(&disk, file), Room::Short(35));
+        assert_eq!(drop.check(&disk, file), Room::Short { free: 5, removed: vec![] });
+        assert_eq!(disk.oldest().len(), 3);
     }
 }

@@ -293,7 +293,7 @@ pub(super) fn say_recorded(outcome: Outcome, counts: &str) -> Result<Vec<PathBuf
         return Err(error.into());
     }
     if is_short {
-        let hint = "--min-free says how much is to stay free, --drop-oldest makes room";
+        let hint = "--min-free says how much is to stay free; --drop-oldest makes room where old recordings are enough";
         return Err(Failure::hinted("the recording ended early: the disk is nearly full", hint));
     }
     Ok(files)

@@ -131,24 +131,24 @@ impl Writer {
             return;
         }
         self.looked = now;
-        match self.floor.check(&*self.disk, &file) {
-            Room::Enough(removed) => {
-                for path in removed {
-                    let text = format!("removed '{}' to make room", path.display());
-                    self.tell(Told::Notice(Notice::Note(text)));
-                }
-            }
-            Room::Short(free) => {
-                self.outcome.is_short = true;
-                let text = format!(
-                    "only {} MB are free for '{}': the recording is closed",
-                    free / 1_000_000,
-                    file.display()
-                );
-                self.tell(Told::Notice(Notice::Warning(text)));
-                self.finish("disk-full");
-                self.tell(Told::Closed);
-            }
+        let (removed, short) = match self.floor.check(&*self.disk, &file) {
+            Room::Enough(removed) => (removed, None),
+            Room::Short { free, removed } => (removed, Some(free)),
+        };
+        for path in removed {
+            let text = format!("removed '{}' to make room", path.display());
+            self.tell(Told::Notice(Notice::Note(text)));
+        }
+        if let Some(free) = short {
+            self.outcome.is_short = true;
+            let text = format!(
+                "only {} MB are free for '{}': the recording is closed",
+                free / 1_000_000,
+                file.display()
+            );
+            self.tell(Told::Notice(Notice::Warning(text)));
+            self.finish("disk-full");
+            self.tell(Told::Closed);
         }
     }
 

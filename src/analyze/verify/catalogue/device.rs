@@ -64,7 +64,7 @@ D13 "value-byte-order" Error Master
     "Swap the bytes of what is written; read it back."
     "Manuals, 1.5.1 and 2.2"
 D14 "address-out-of-range" Error Master
-    "A new unit address of 0 or above 247."
+    "A new unit address of 0 or above 247 was written. No master may address such a device."
     "Give an address from 1 to 247."
     "Manuals, 1.2.1 and 2.2"
 D15 "old-address-used" Warning Master
