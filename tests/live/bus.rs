@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use rustix::process::{Pid, Signal, kill_process};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
-use rustix::termios::{LocalModes, tcgetattr};
+use rustix::termios::{InputModes, LocalModes, Termios, tcgetattr};
 
 use rtutap::line::LineSettings;
 use rtutap::simulate::{Adapter, Config, Read as SimulatedRead, Scenario, Simulation};
@@ -36,12 +36,18 @@ impl Bus {
         Bus { file: File::from(bus), path }
     }
 
-    /// Waits until somebody listens as to a bus; until then a pty says back what it hears.
+    /// Waits until rtutap listens: has thrown away what came before, and asked for damage to be marked.
     pub fn wait_for_listener(&self) {
-        wait_until("the port is opened", || {
-            let mode = tcgetattr(&self.file).expect("a terminal");
-            !mode.local_modes.contains(LocalModes::ECHO)
-        });
+        wait_until("rtutap listens", || self.termios().input_modes.contains(InputModes::PARMRK));
+    }
+
+    /// Waits until somebody has opened it as a bus; until then a pty says back what it hears.
+    pub fn wait_until_open(&self) {
+        wait_until("the port is opened", || !self.termios().local_modes.contains(LocalModes::ECHO));
+    }
+
+    fn termios(&self) -> Termios {
+        tcgetattr(&self.file).expect("a terminal")
     }
 
     pub fn say(&mut self, bytes: &[u8]) {

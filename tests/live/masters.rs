@@ -236,9 +236,9 @@ fn what_third_parties_say_to_each_other_is_what_is_decoded() {
             let score = tapped(&what, batches, |tap| {
                 let (to_server, to_master) = (Bus::new(), Bus::new());
                 let mut server = python("server.py", &[&to_server.path]);
-                to_server.wait_for_listener();
+                to_server.wait_until_open();
                 let mut program = start_master(master, &to_master.path);
-                to_master.wait_for_listener();
+                to_master.wait_until_open();
                 let said =
                     relay(&to_master.into_file(), &to_server.into_file(), tap, Duration::from_secs(seconds));
                 for child in [&mut program, &mut server] {

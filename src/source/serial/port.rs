@@ -5,8 +5,7 @@ use std::time::Duration;
 
 use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
 use rustix::termios::{
-    ControlModes, InputModes, OptionalActions, QueueSelector, SpecialCodeIndex, Termios, tcflush, tcgetattr,
-    tcsetattr,
+    ControlModes, InputModes, OptionalActions, SpecialCodeIndex, Termios, tcgetattr, tcsetattr,
 };
 use serialport::{SerialPort, TTYPort};
 
@@ -54,9 +53,8 @@ impl Port {
         termios.special_codes[SpecialCodeIndex::VMIN] = 1; // more would keep bytes from poll
         termios.special_codes[SpecialCodeIndex::VTIME] = 0;
         termios.set_speed(line.baud)?;
-        tcsetattr(tty, OptionalActions::Now, &termios)?;
-        check(&tcgetattr(tty)?, line)?;
-        Ok(tcflush(tty, QueueSelector::IFlush)?)
+        tcsetattr(tty, OptionalActions::Flush, &termios)?;
+        check(&tcgetattr(tty)?, line)
     }
 
     /// Waits until there is something to read; not at all when `timeout` is zero.
