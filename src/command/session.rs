@@ -152,12 +152,9 @@ impl<'a> Session<'a> {
 
     fn pipeline(&self, settings: &BusSettings) -> Pipeline {
         let options = Options {
-            line: settings.line,
-            adapter_hold_ns: settings.adapter_hold_ns,
-            first_frame_id: self.ids.0,
-            first_transaction_id: self.ids.1,
             readings: self.setup.readings,
             findings: self.setup.findings,
+            ..Options::new(settings.line, settings.adapter_hold_ns)
         };
         Pipeline::new(options, self.setup.devices.clone(), self.setup.profiles.shapes())
     }

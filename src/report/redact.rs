@@ -250,14 +250,7 @@ mod tests {
     fn what_was_lost_stays_between_the_reads_where_it_was_lost() {
         let profiles = Arc::new(Profiles::built_in());
         let devices = Devices::new(Arc::clone(&profiles), Environment::default());
-        let options = Options {
-            line: LineSettings::default(),
-            adapter_hold_ns: None,
-            first_frame_id: 0,
-            first_transaction_id: 0,
-            readings: false,
-            findings: false,
-        };
+        let options = Options::new(LineSettings::default(), None);
         let pipeline = Pipeline::new(options, devices, profiles.shapes());
         let mut redactor = Redactor::new(pipeline, profiles);
         let lost = Lost { time: None, stream_offset: 8, kind: LostKind::Queue, count: 3 };
