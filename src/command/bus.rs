@@ -16,6 +16,7 @@ use crate::capture::{BUS, Input, InputFormat, Item};
 use crate::cli;
 use crate::device::{Devices, Environment, Profile, Profiles};
 use crate::line::LineSettings;
+use crate::report::redact::Secrets;
 
 /// How long to wait for a recording to grow before looking again.
 const PATIENCE: Duration = Duration::from_millis(100);
@@ -142,7 +143,7 @@ pub(super) fn profile(file: &Path) -> Result<Profile, Failure> {
 }
 
 /// Says what is wanted of the inputs.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Wanted {
     pub(super) readings: bool,
     pub(super) findings: bool,
@@ -152,12 +153,12 @@ pub(super) struct Wanted {
     pub(super) follow: bool,
     /// Whether the bytes are not decoded.
     pub(super) raw_only: bool,
-    /// Whether serial numbers are blanked.
-    pub(super) redacted: bool,
+    /// The serial numbers to blank, beside those found on the way; `None` to blank none.
+    pub(super) secrets: Option<Arc<Secrets>>,
 }
 
 impl Wanted {
-    fn decodes(self) -> bool {
+    fn decodes(&self) -> bool {
         !self.raw_only
     }
 }
@@ -180,7 +181,7 @@ pub(super) fn read(
         readings: wanted.readings,
         findings: wanted.findings,
         decodes: wanted.decodes(),
-        redacts: wanted.redacted,
+        secrets: wanted.secrets.clone(),
     };
     let mut session = Session::new(&setup);
     let mut paths = in_order(&args.inputs);
@@ -195,7 +196,7 @@ pub(super) fn read(
         if !continues {
             session.finish(sink)?;
         }
-        let result = read_input(&mut input, &mut session, wanted, sink);
+        let result = read_input(&mut input, &mut session, &wanted, sink);
         if result.is_err() {
             session.finish(sink)?; // what was read before the trouble is shown
         }
@@ -366,7 +367,7 @@ impl<S: Sink> Intake<'_, '_, S> {
 fn read_input(
     input: &mut Input,
     session: &mut Session<'_>,
-    wanted: Wanted,
+    wanted: &Wanted,
     sink: &mut impl Sink,
 ) -> Result<(), Failure> {
     let about = About::of(input);

@@ -1,5 +1,6 @@
 //! `rtutap export`: writes a recording in another format.
 
+mod survey;
 mod writer;
 
 use std::path::{Path, PathBuf};
@@ -17,15 +18,28 @@ use crate::capture::mcap::Options;
 use crate::cli::{self, ExportKind};
 use crate::device::Profiles;
 use crate::pipeline::Event;
+use crate::report::redact::Secrets;
 use writer::{Writer, remarks};
 
 /// Runs the command.
 pub(super) fn run(args: &cli::Export) -> Result<(), Failure> {
     let kind = kind(args)?;
     check(args, kind)?;
+    if !args.redact {
+        return write(args, kind, None);
+    }
+    let mut args = args.clone();
+    // Removed when all is done.
+    let _kept = survey::keep_streams(&mut args.bus.inputs)?;
+    let profiles = bus::profiles(&args.bus.equipment.profiles, &args.bus.inputs)?;
+    let secrets = survey::secrets(&args.bus, &profiles)?;
+    write(&args, kind, Some(Arc::new(secrets)))
+}
+
+fn write(args: &cli::Export, kind: ExportKind, secrets: Option<Arc<Secrets>>) -> Result<(), Failure> {
     let profiles = bus::profiles(&args.bus.equipment.profiles, &args.bus.inputs)?;
     if kind == ExportKind::Mcap {
-        return write_mcap(args, &profiles);
+        return write_mcap(args, &profiles, secrets);
     }
     let mut exporter = Exporter {
         writer: Writer::new(args, kind, &profiles)?,
@@ -36,7 +50,7 @@ pub(super) fn run(args: &cli::Export) -> Result<(), Failure> {
     };
     let readings = !matches!(kind, ExportKind::Hex | ExportKind::Pcapng);
     let findings = args.filter.is_some();
-    let wanted = Wanted { readings, findings, redacted: args.redact, ..Wanted::default() };
+    let wanted = Wanted { readings, findings, secrets, ..Wanted::default() };
     let result = bus::read(&args.bus, &profiles, wanted, &mut exporter, |_| {});
     if exporter.begun {
         // What was decoded before something went wrong is written first.
@@ -49,8 +63,18 @@ pub(super) fn run(args: &cli::Export) -> Result<(), Failure> {
 }
 
 /// Writes a recording in MCAP, with the profiles given in it.
-fn write_mcap(args: &cli::Export, profiles: &Arc<Profiles>) -> Result<(), Failure> {
-    let attachments = bus::attachments(&args.bus)?;
+fn write_mcap(
+    args: &cli::Export,
+    profiles: &Arc<Profiles>,
+    secrets: Option<Arc<Secrets>>,
+) -> Result<(), Failure> {
+    let mut attachments = bus::attachments(&args.bus)?;
+    if let Some(secrets) = &secrets {
+        for (name, _, content) in &mut attachments {
+            *name = secrets.blank(name, profiles);
+            secrets.blank_bytes(content, profiles);
+        }
+    }
     let session_id = session_id(&args.bus.inputs[0]); // there is one at least
     let judge = args.filter.as_deref().map(|text| judge("--filter", text, profiles)).transpose()?;
     let anchor = bus::anchor(&args.bus.inputs);
@@ -63,13 +87,8 @@ fn write_mcap(args: &cli::Export, profiles: &Arc<Profiles>) -> Result<(), Failur
         let decoded = if args.filter.is_some() { "decoded messages: " } else { "" };
         scribe = scribe.with_remark(format!("{decoded}{}", remarks(args).join("; ")));
     }
-    let wanted = Wanted {
-        readings: true,
-        findings: true,
-        redacted: args.redact,
-        raw_only: args.raw_only,
-        ..Wanted::default()
-    };
+    let wanted =
+        Wanted { readings: true, findings: true, secrets, raw_only: args.raw_only, ..Wanted::default() };
     let result = bus::read(&args.bus, profiles, wanted, &mut scribe, |_| {});
     if scribe.has_begun() {
         scribe.finish()?;

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::ops::Range;
 
-use super::held::Held;
+use super::held::{Held, Released};
 use super::{Format, Judge, Rows, Show};
 use crate::capture::{hex_line, hex_lost};
 use crate::decode::chunk::{Chunk, LineError, Lost, ReadTime};
@@ -25,7 +25,7 @@ impl Hex {
     /// Takes a read.
     pub fn chunk(&mut self, chunk: &Chunk<'_>, out: &mut Vec<u8>) {
         match &mut self.cut {
-            Some(cut) => cut.held.push(chunk),
+            Some(cut) => cut.held.push(chunk, None),
             None => line(chunk, out),
         }
     }
@@ -93,7 +93,7 @@ impl Cut {
         let ends = words.iter().map(|word| u64::from_le_bytes(*word)).collect::<Vec<_>>();
         self.passing.extend(ends.as_chunks::<2>().0.iter().map(|[from, to]| *from..*to));
         self.spans.clear();
-        while let Some((chunk, offsets)) = self.held.pop() {
+        while let Some(Released { chunk, offsets, .. }) = self.held.pop() {
             let (mut bytes, mut line_errors) = (Vec::new(), Vec::new());
             for span in self.passing.iter().take_while(|span| span.start < offsets.end) {
                 let within =

@@ -10,6 +10,7 @@ mod input;
 mod ports;
 mod profiles;
 mod recordings;
+mod redact;
 mod rows;
 mod verify;
 mod wireshark;
