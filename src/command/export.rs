@@ -10,7 +10,7 @@ use std::time::UNIX_EPOCH;
 use super::bus::{self, Wanted};
 use super::failure::Failure;
 use super::output::Output;
-use super::printing::judge;
+use super::printing::{judge, say_none};
 use super::scribe::Scribe;
 use super::session::{Origin, Sink};
 use crate::capture::Item;
@@ -20,6 +20,16 @@ use crate::device::Profiles;
 use crate::pipeline::Event;
 use crate::report::redact::Secrets;
 use writer::{Writer, remarks};
+
+/// Refuses --time where nothing shows times; what the environment and the configuration say is for all commands.
+pub(super) fn check_time(args: &cli::Export) -> Result<(), Failure> {
+    let is_given = args.time.is_some() && std::env::var_os("RTUTAP_TIME").is_none();
+    if is_given && !matches!(kind(args)?, ExportKind::Csv) {
+        let hint = "times are nanoseconds since 1970 elsewhere, and in UTC in hex text";
+        return Err(Failure::hinted("--time is for CSV", hint));
+    }
+    Ok(())
+}
 
 /// Runs the command.
 pub(super) fn run(args: &cli::Export) -> Result<(), Failure> {
@@ -51,10 +61,13 @@ fn write(args: &cli::Export, kind: ExportKind, secrets: Option<Arc<Secrets>>) ->
     let readings = !matches!(kind, ExportKind::Hex | ExportKind::Pcapng);
     let findings = args.filter.is_some();
     let wanted = Wanted { readings, findings, secrets, ..Wanted::default() };
-    let result = bus::read(&args.bus, &profiles, wanted, &mut exporter, |_| {});
+    let result = bus::read(&args.bus, &profiles, wanted, &mut exporter, |_, _| {});
     if exporter.begun {
         // What was decoded before something went wrong is written first.
         exporter.writer.finish(&mut exporter.output)?;
+    }
+    if result.is_ok() {
+        say_none(exporter.writer.none_of());
     }
     if exporter.derived {
         bus::say_environment(&args.bus.equipment);
@@ -89,8 +102,9 @@ fn write_mcap(
     }
     let wanted =
         Wanted { readings: true, findings: true, secrets, raw_only: args.raw_only, ..Wanted::default() };
-    let result = bus::read(&args.bus, profiles, wanted, &mut scribe, |_| {});
+    let result = bus::read(&args.bus, profiles, wanted, &mut scribe, |_, _| {});
     if scribe.has_begun() {
+        say_none(scribe.none_of().filter(|_| result.is_ok()));
         scribe.finish()?;
     } else {
         scribe.abandon();
@@ -114,7 +128,7 @@ pub(super) fn of(
         filter,
         redact: false,
         raw_only: false,
-        link_type: cli::LinkKind::RtacSerial,
+        link_type: None,
         time: None,
     }
 }
@@ -152,6 +166,14 @@ fn check(args: &cli::Export, kind: ExportKind) -> Result<(), Failure> {
     let keeps_reads = matches!(kind, ExportKind::Hex | ExportKind::Mcap);
     if args.raw_only && kind != ExportKind::Mcap {
         return Err(Failure::hinted("--raw-only is for MCAP", "name the output .mcap"));
+    }
+    if args.raw_only && args.filter.is_some() {
+        let hint =
+            "MCAP keeps every byte; --filter chooses among what they decode to, which --raw-only leaves out";
+        return Err(Failure::hinted("--raw-only leaves nothing to --filter", hint));
+    }
+    if args.link_type.is_some() && kind != ExportKind::Pcapng {
+        return Err(Failure::hinted("--link-type is for pcapng", "name the output .pcapng"));
     }
     if kind == ExportKind::Mcap && args.output.as_os_str() == "-" {
         return Err(Failure::hinted("MCAP needs a file, not standard output", "name it with -o"));

@@ -49,6 +49,11 @@ impl Hex {
         cut.rows.event(bus, event, &mut cut.spans);
     }
 
+    /// Returns of how many transactions none passed the filter, nor anything else; `None` when something did.
+    pub fn none_of(&self) -> Option<u64> {
+        self.cut.as_ref()?.rows.none_of()
+    }
+
     /// Appends what is settled once every frame before `settled_frame` has its transaction or none.
     pub fn settle(&mut self, settled_frame: u64, out: &mut Vec<u8>) {
         let Some(cut) = &mut self.cut else { return };

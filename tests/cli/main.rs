@@ -14,6 +14,7 @@ mod redact;
 mod rows;
 mod verify;
 mod wireshark;
+mod words;
 
 use assert_cmd::Command;
 

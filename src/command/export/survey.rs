@@ -45,7 +45,7 @@ pub(super) fn keep_streams(inputs: &mut [PathBuf]) -> Result<Option<TempDir>, Fa
 /// Returns the serial numbers in the inputs; what is wrong with them is said when they are read again.
 pub(super) fn secrets(args: &cli::Bus, profiles: &Arc<Profiles>) -> Result<Secrets, Failure> {
     let setup = Setup {
-        line: args.line,
+        line: args.line.and_then(cli::Line::settings),
         adapter_hold_ns: args.adapter_hold.map(|hold| hold.0),
         devices: bus::devices(&args.equipment, profiles)?,
         readings: false,
