@@ -347,22 +347,32 @@ struct Intake<'a, 's, S> {
 
 impl<S: Sink> Intake<'_, '_, S> {
     /// Takes an item, `position` bytes into the file; `waits` when the next one is not there yet.
+    #[inline]
     fn take(&mut self, item: &Item<'_>, position: u64, waits: bool) -> Result<(), Failure> {
         if let Item::Chunk { chunk, .. } = item {
             self.bytes += chunk.bytes.len();
         }
-        if !self.session.take(item, self.sink)?
-            && let Some(bus) = item.bus()
-        {
-            self.about.begin(bus, self.session, self.sink)?;
-            self.session.take(item, self.sink)?;
+        if !self.session.take(item, self.sink)? {
+            self.begin(item)?;
         }
         self.items = self.items.wrapping_add(1);
-        let pauses = self.items.is_multiple_of(PAUSE_AFTER);
-        if waits || pauses && self.items.is_multiple_of(PROGRESS_AFTER) {
+        if waits || self.items.is_multiple_of(PAUSE_AFTER) { self.rest(position, waits) } else { Ok(()) }
+    }
+
+    /// Begins the bus of an item, and takes it.
+    #[cold]
+    fn begin(&mut self, item: &Item<'_>) -> Result<(), Failure> {
+        let Some(bus) = item.bus() else { return Ok(()) };
+        self.about.begin(bus, self.session, self.sink)?;
+        self.session.take(item, self.sink).map(drop)
+    }
+
+    #[inline(never)] // comes seldom
+    fn rest(&mut self, position: u64, waits: bool) -> Result<(), Failure> {
+        if waits || self.items.is_multiple_of(PROGRESS_AFTER) {
             self.progress.update(position);
         }
-        if waits || pauses { self.pause(waits) } else { Ok(()) }
+        self.pause(waits)
     }
 
     fn pause(&mut self, waits: bool) -> Result<(), Failure> {

@@ -179,7 +179,24 @@ impl<'a> Session<'a> {
     }
 
     /// Takes in an item of a bus that has begun; of others only settings. Tells whether it was taken in.
+    #[inline]
     pub(super) fn take(&mut self, item: &Item<'_>, sink: &mut impl Sink) -> Result<bool, Failure> {
+        if let Item::Chunk { bus, chunk, .. } = item
+            && let Some(at) = self.buses.iter().position(|known| known.settings.name == *bus)
+            && self.buses[at].redactor.is_none()
+        {
+            // Nearly all there is; the rest is kept out of its way.
+            sink.received(item)?;
+            if self.setup.decodes {
+                self.act(at, sink, |pipeline| pipeline.handle_bytes(chunk));
+            }
+            return Ok(true);
+        }
+        self.take_seldom(item, sink)
+    }
+
+    #[inline(never)]
+    fn take_seldom(&mut self, item: &Item<'_>, sink: &mut impl Sink) -> Result<bool, Failure> {
         if let Item::Line(settings) = item {
             return self.begin((*settings).clone(), sink).map(|()| true);
         }

@@ -39,8 +39,18 @@ pub struct Info {
     inputs: Vec<Stretch>,
     /// What recordings in MCAP say of themselves.
     pub recordings: Vec<Recording>,
-    /// At these every device answers: no device of its own.
-    service_addresses: Vec<u8>,
+    /// At which addresses every device answers: no device of its own.
+    service_addresses: ServiceAddresses,
+}
+
+/// Says of each address whether every device answers at it.
+#[derive(Debug)]
+struct ServiceAddresses([bool; 256]);
+
+impl Default for ServiceAddresses {
+    fn default() -> Self {
+        ServiceAddresses([false; 256])
+    }
 }
 
 /// Is a bus of an input, read with the same settings throughout.
@@ -48,6 +58,8 @@ pub struct Info {
 struct Stretch {
     bus: String,
     line: LineSettings,
+    /// Nanoseconds of a character.
+    character_ns: i64,
     span: Option<(Timestamp, Timestamp)>,
     /// How long bytes with times were on the wire, in nanoseconds.
     busy_ns: i64,
@@ -100,14 +112,17 @@ struct Summary<'a> {
 impl Info {
     /// Makes a summary of nothing yet; the profiles say at which addresses every device answers.
     pub fn new(profiles: &Profiles) -> Self {
-        let service_addresses = profiles.iter().filter_map(|profile| profile.service_address).collect();
+        let mut service_addresses = ServiceAddresses::default();
+        for address in profiles.iter().filter_map(|profile| profile.service_address) {
+            service_addresses.0[usize::from(address)] = true;
+        }
         Info { service_addresses, ..Info::default() }
     }
 
     /// Begins a bus of an input with these line settings.
     pub fn begin(&mut self, bus: &str, line: LineSettings) {
-        let bus = bus.to_owned();
-        self.inputs.push(Stretch { bus, line, span: None, busy_ns: 0, hole_since: None });
+        let (bus, character_ns) = (bus.to_owned(), line.character_ns());
+        self.inputs.push(Stretch { bus, line, character_ns, span: None, busy_ns: 0, hole_since: None });
     }
 
     /// Takes an event.
@@ -136,7 +151,7 @@ impl Info {
             }
             Event::Transaction { transaction, .. } => {
                 self.outcomes[transaction.outcome as usize] += 1;
-                let is_service = self.service_addresses.contains(&transaction.address);
+                let is_service = self.service_addresses.0[usize::from(transaction.address)];
                 if !is_service && transaction.response.is_some_and(|side| !side.damaged) {
                     self.unit(bus, transaction.address).answers += 1;
                 }
@@ -166,7 +181,7 @@ impl Info {
         self.bytes += place.bytes.len() as u64;
         let Some(time) = place.time else { return };
         let Some(stretch) = self.inputs.iter_mut().rfind(|stretch| stretch.bus == bus) else { return };
-        let on_wire = stretch.line.character_ns().saturating_mul(place.bytes.len() as i64); // a run is far below 2^63
+        let on_wire = stretch.character_ns.saturating_mul(place.bytes.len() as i64); // a run is far below 2^63
         stretch.busy_ns = stretch.busy_ns.saturating_add(on_wire);
         if let Some(since) = stretch.hole_since.take() {
             self.holes_ns = self.holes_ns.saturating_add((time.start.midpoint() - since).max(0));

@@ -204,10 +204,21 @@ pub fn arrow(role: Role) -> char {
 
 /// Writes a length of time in milliseconds with its error, such as `18.4 ±0.3 ms`.
 pub fn latency(span: Option<Span>) -> String {
-    let ms = |ns: i64| ns as f64 / MILLISECOND as f64;
     match span {
-        Some(span) => format!("{:.1} ±{:.1} ms", ms(span.midpoint()), ms(span.half_width())),
+        Some(span) => format!("{} ±{} ms", Tenths(span.midpoint()), Tenths(span.half_width())),
         None => String::new(),
+    }
+}
+
+/// Shows nanoseconds as milliseconds with a decimal.
+struct Tenths(i64);
+
+impl fmt::Display for Tenths {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let tenth = MILLISECOND.unsigned_abs() / 10;
+        let tenths = (self.0.unsigned_abs() + tenth / 2) / tenth;
+        let sign = if self.0 < 0 && tenths > 0 { "-" } else { "" };
+        write!(f, "{sign}{}.{}", tenths / 10, tenths % 10)
     }
 }
 
