@@ -40,25 +40,35 @@ pub type Judge = Box<dyn Fn(&str, &Event<'_>) -> bool + Send>;
 pub struct Passing {
     judge: Option<Judge>,
     transaction_passes: bool,
+    transactions: u64,
+    any_passed: bool,
 }
 
 impl Passing {
     /// Starts before the first event; without a judge all pass.
     pub fn new(judge: Option<Judge>) -> Self {
-        Passing { judge, transaction_passes: true }
+        Passing { judge, transaction_passes: true, transactions: 0, any_passed: false }
     }
 
     /// Tells whether an event passes; a reading does when its transaction does.
     pub fn passes(&mut self, bus: &str, event: &Event<'_>) -> bool {
-        match (&self.judge, event) {
+        let passes = match (&self.judge, event) {
             (None, _) => true,
             (Some(_), Event::Reading { .. }) => self.transaction_passes,
             (Some(judge), Event::Transaction { .. }) => {
+                self.transactions += 1;
                 self.transaction_passes = judge(bus, event);
                 self.transaction_passes
             }
             (Some(judge), _) => judge(bus, event),
-        }
+        };
+        self.any_passed |= passes;
+        passes
+    }
+
+    /// Returns of how many transactions none passed the filter, nor anything else; `None` when something did.
+    pub fn none_of(&self) -> Option<u64> {
+        (self.judge.is_some() && !self.any_passed).then_some(self.transactions)
     }
 }
 
@@ -141,6 +151,11 @@ impl Rows {
         if let Event::Reading { reading, .. } = event {
             self.says_environment |= reading.needs_environment();
         }
+    }
+
+    /// Returns of how many transactions none passed the filter, nor anything else; `None` when something did.
+    pub fn none_of(&self) -> Option<u64> {
+        self.passing.none_of()
     }
 
     /// Tells whether a reading was shown that depends on salinity and air pressure.

@@ -80,7 +80,16 @@ pub fn outcome(row: &Transaction<'_>) -> Option<String> {
 
 /// Says what was lost, and where.
 pub fn lost(lost: &Lost) -> String {
-    format!("{} bytes lost ({}) before byte {}", lost.count, lost.kind.name(), lost.stream_offset)
+    format!("{} lost ({}) before byte {}", bytes(lost.count), lost.kind.name(), lost.stream_offset)
+}
+
+/// Says how many bytes were lost, of which 0 is the number that nobody knows.
+pub fn bytes(count: u64) -> String {
+    match count {
+        0 => "an unknown number of bytes".to_owned(),
+        1 => "1 byte".to_owned(),
+        count => format!("{count} bytes"),
+    }
 }
 
 /// Returns the fields that are sure, then those of the likeliest reading, each with the mark it is shown with.

@@ -46,6 +46,9 @@ impl Sink for Stage {
         if let Some(audit) = &mut self.audit {
             audit.begin(&origin.settings.name, origin.settings.line);
         }
+        if let Some(rows) = &mut self.rows {
+            rows.begin(&origin.settings);
+        }
         if let Some(tape) = &mut self.tape {
             tape.begin(origin.settings.clone());
         }
