@@ -7,7 +7,9 @@ use super::reel::Place;
 use crate::tui::timeline::Timeline;
 
 /// How many checkpoints are kept.
-const MOST: usize = 512;
+const MOST: usize = 2048;
+/// How much memory they take at most, in bytes, by estimate.
+const MOST_BYTES: usize = 64 << 20;
 /// How many bytes of buses lie between two at first.
 const LEAST: u64 = 16 * 1024;
 
@@ -20,15 +22,17 @@ pub(super) struct Checkpoint<'a> {
     pub(super) decoder: Decoder<'a>,
 }
 
-/// Holds checkpoints in order, ever further apart as there are more.
+/// Holds checkpoints in order, ever further apart as there are more, or as they are larger.
 pub(super) struct Checkpoints<'a> {
     list: Vec<Arc<Checkpoint<'a>>>,
     apart: u64,
+    /// How much memory they take, in bytes, by estimate.
+    size: usize,
 }
 
 impl Default for Checkpoints<'_> {
     fn default() -> Self {
-        Checkpoints { list: Vec::new(), apart: LEAST }
+        Checkpoints { list: Vec::new(), apart: LEAST, size: 0 }
     }
 }
 
@@ -40,13 +44,15 @@ impl<'a> Checkpoints<'a> {
 
     /// Adds the next one; keeps every other one when there are too many.
     pub(super) fn add(&mut self, checkpoint: Checkpoint<'a>) {
+        self.size = self.size.saturating_add(checkpoint.decoder.size());
         self.list.push(Arc::new(checkpoint));
-        if self.list.len() > MOST {
+        while self.list.len() > MOST || (self.size > MOST_BYTES && self.list.len() > 2) {
             let mut at = 0_usize;
             self.list.retain(|_| {
                 at += 1;
                 at % 2 == 1
             });
+            self.size = self.list.iter().map(|checkpoint| checkpoint.decoder.size()).sum();
             self.apart = self.apart.saturating_mul(2);
         }
     }
@@ -80,7 +86,7 @@ impl<'a> Checkpoints<'a> {
     /// Keeps one every so many bytes.
     #[cfg(test)]
     pub(super) fn every(apart: u64) -> Self {
-        Checkpoints { list: Vec::new(), apart }
+        Checkpoints { apart, ..Checkpoints::default() }
     }
 
     /// Returns how many there are.

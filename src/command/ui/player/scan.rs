@@ -90,8 +90,9 @@ pub(super) fn scan<'a>(
             && let Some(place) = pass.reel.place()
         {
             pass.decoder.forget();
+            let decoder = pass.decoder.checkpoint();
             let mut known = pass.shared.lock();
-            known.checkpoints.add(Checkpoint { place, decoder: pass.decoder.clone() });
+            known.checkpoints.add(Checkpoint { place, decoder });
             due = known.checkpoints.due();
         }
         !is_time || publish(pass)

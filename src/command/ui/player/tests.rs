@@ -112,10 +112,21 @@ fn go(head: &mut Head<'_, '_>, order: Order) {
     settle(head);
 }
 
-/// Writes all that is known but for old rows and old points: rows from `from` on.
+/// Writes all that is known but for what is long ago: rows from `from` on, the last half minute of series.
 fn told(store: &Store, from: [u64; 2]) -> String {
-    let mut text = format!("{:?} {:?} {:?}\n", store.begun(), store.now(), store.findings());
+    let mut text = format!("{:?} {:?} {:?}\n", store.begun(), store.now(), store.findings().total());
+    for found in store.findings().list() {
+        let mut finding = found.finding.clone();
+        finding.frames.drain(..finding.frames.len().saturating_sub(16));
+        text.push_str(&format!("{finding:?}\n"));
+    }
     for bus in store.buses() {
+        let mut bus = (**bus).clone();
+        let mut health = (*bus.health).clone();
+        let until = health.seconds.last().map_or(0, |last| last.at + 1);
+        text.push_str(&format!("{:?}\n", health.steps(until - 30, 1, until)));
+        health.seconds = Default::default();
+        bus.health = health.into();
         text.push_str(&format!("{bus:?}\n"));
     }
     for device in store.devices() {
@@ -404,7 +415,7 @@ fn checkpoints_stay_few_and_reach_to_the_end() {
     let stage = Stage::new(paths, false);
     let shared = stage.scanned(1);
     let known = shared.lock();
-    assert!(known.checkpoints.len() <= 512);
+    assert!(known.checkpoints.len() <= 2048);
     let last = known.checkpoints.last(|_| true).expect("the last one");
     assert!(last.decoder.store().list(List::Frames).kept().count() < 64, "rows are decoded again");
     assert!(known.timeline.end() - last.decoder.reached().elapsed_ns < known.timeline.end() / 20);
