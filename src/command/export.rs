@@ -228,7 +228,7 @@ impl Sink for Exporter {
         match item {
             Item::Chunk { chunk, .. } => self.writer.chunk(chunk, &mut self.output.buffer),
             Item::Lost { lost, .. } => self.writer.lost(lost, &mut self.output.buffer),
-            Item::Line(_) | Item::Silence { .. } | Item::Clock { .. } => {}
+            Item::Line(_) | Item::Silence { .. } | Item::Clock { .. } | Item::Note { .. } => {}
         }
         Ok(())
     }

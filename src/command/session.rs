@@ -216,6 +216,10 @@ impl<'a> Session<'a> {
             Item::Lost { lost, .. } => redactor.push_lost(*lost),
             Item::Silence { until, .. } => redactor.push_silence(*until),
             Item::Clock { monotonic_ns, realtime } => redactor.push_clock(*monotonic_ns, *realtime),
+            Item::Note { time, text } => {
+                let text = &redactor.blank_text(text);
+                return self.decode(at, &Item::Note { time: *time, text }, sink).map(|()| true);
+            }
             Item::Line(_) => {}
         }
         self.take_redacted(at, sink).map(|()| true)
@@ -246,7 +250,7 @@ impl<'a> Session<'a> {
                 Item::Chunk { chunk, .. } => pipeline.handle_bytes(chunk),
                 Item::Lost { lost, .. } => pipeline.handle_lost(*lost),
                 Item::Silence { until, .. } => pipeline.handle_timeout(*until),
-                Item::Line(_) | Item::Clock { .. } => {}
+                Item::Line(_) | Item::Clock { .. } | Item::Note { .. } => {}
             });
         }
         Ok(())

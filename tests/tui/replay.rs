@@ -23,7 +23,7 @@ fn timeline() -> Timeline {
         let busy_ns = SECOND / 10 * (1 + second / 20 % 5);
         let errors = u64::from(second == 90 || second == 275);
         let findings = u64::from(second == 330);
-        events.add(second * SECOND, &Bucket { busy_ns, errors, findings, matches: 0 });
+        events.add(second * SECOND, &Bucket { busy_ns, errors, findings, ..Bucket::default() });
     }
     Timeline { events, decoded_ns: 420 * SECOND, end_ns: END, share: 0.7, ..Timeline::default() }
 }
