@@ -58,6 +58,10 @@ impl Large {
 
     /// Presses keys, and measures until the screen changes, and until it shows what is asked for.
     fn press(&mut self, what: &'static str, keys: &str) {
+        // While the background goes on, the screen is never still.
+        if decoded(self.terminal.screen()) == 100 {
+            self.terminal.settle();
+        }
         let (before, status) = (shown(self.terminal.screen()), line(self.terminal.screen(), STATUS));
         let pressed = Instant::now();
         self.terminal.press(keys);

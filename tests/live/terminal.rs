@@ -141,6 +141,13 @@ impl Terminal {
         begun.elapsed()
     }
 
+    /// Takes in what is still being drawn.
+    pub fn settle(&mut self) {
+        while let Ok(bytes) = self.output.recv_timeout(Duration::from_millis(60)) {
+            self.parser.process(&bytes);
+        }
+    }
+
     /// Waits until a text is on the screen.
     pub fn wait_for(&mut self, text: &str) -> Duration {
         self.wait_until(&format!("'{text}' is on the screen"), |screen| screen.contents().contains(text))
