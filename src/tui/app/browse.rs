@@ -27,7 +27,7 @@ impl App {
             Action::Follow => self.traffic.follow(&self.store, height),
             Action::Frames => self.traffic.toggle_frames(&self.store, self.filter.as_ref(), height),
             Action::Mark => {
-                self.traffic.toggle_mark();
+                self.traffic.toggle_mark(&self.store);
             }
             Action::Sort => {
                 let next = match self.traffic.sorted_by {

@@ -145,6 +145,17 @@ impl App {
         &self.deck.marks
     }
 
+    /// Returns the times that were marked, in order.
+    pub(super) fn marked_times(&self) -> Vec<Timestamp> {
+        let mut times: Vec<Timestamp> = match &self.deck.replay {
+            Some(replay) => self.deck.marks.iter().filter_map(|at| replay.timeline.time(*at)).collect(),
+            None => self.traffic.marked_times().collect(),
+        };
+        times.sort_unstable();
+        times.dedup();
+        times
+    }
+
     /// Takes what the player tells.
     pub(super) fn set_replay(&mut self, replay: Replay) {
         self.deck.replay = Some(replay);

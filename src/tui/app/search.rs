@@ -82,7 +82,7 @@ impl App {
             Ask::Export if text.is_empty() => {}
             Ask::Export => {
                 let filter = self.filter.as_ref().map(Filter::to_string);
-                return Some(Effect::Export { filter, path: text });
+                return Some(Effect::Export { filter, path: text, marks: self.marked_times() });
             }
         }
         None

@@ -27,6 +27,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::{Builder, Scope, scope};
 use std::time::{Duration, Instant};
 
+use super::super::export;
 use super::super::failure::Failure;
 use super::super::session::Setup;
 use super::{Teller, Word};
@@ -132,8 +133,9 @@ fn outside(
             let is_sent = orders.send(order).is_ok();
             (!is_sent).then(|| (Tone::Bad, "the recording cannot be read on".to_owned()))
         }
-        Effect::Export { filter, path } => {
-            Some(super::session::export_part(paths.to_vec(), filter, path, equipment.clone()))
+        Effect::Export { filter, path, marks } => {
+            let args = export::of(paths.to_vec(), filter, path.into(), equipment.clone(), marks);
+            Some(super::session::start_export(args))
         }
         Effect::Note(..) => Some((Tone::Info, "notes are taken while a bus is live".to_owned())),
         _ => None,
