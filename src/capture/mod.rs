@@ -90,15 +90,22 @@ pub enum Item<'a> {
         /// The wall clock.
         realtime: Timestamp,
     },
+    /// Somebody noted something.
+    Note {
+        /// The time of the traffic that it is about, where that is known.
+        time: Option<Timestamp>,
+        /// What was noted.
+        text: &'a str,
+    },
 }
 
 impl<'a> Item<'a> {
-    /// Returns the bus it is about; clocks are about none.
+    /// Returns the bus it is about; clocks and notes are about none.
     pub fn bus(&self) -> Option<&'a str> {
         match *self {
             Item::Line(settings) => Some(&settings.name),
             Item::Chunk { bus, .. } | Item::Lost { bus, .. } | Item::Silence { bus, .. } => Some(bus),
-            Item::Clock { .. } => None,
+            Item::Clock { .. } | Item::Note { .. } => None,
         }
     }
 }

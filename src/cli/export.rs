@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use super::{Bus, ShowKind, TimeKind};
+use crate::time::Timestamp;
 
 /// Shown after the options.
 pub(super) const NOTES: &str = "\
@@ -73,6 +74,10 @@ pub struct Export {
     /// How to show times in CSV [default: local]
     #[arg(long, value_enum, env = "RTUTAP_TIME", hide_env_values = true)]
     pub time: Option<TimeKind>,
+
+    /// Times that were marked on the screen, to be kept as notes.
+    #[arg(skip)]
+    pub marks: Vec<Timestamp>,
 }
 
 /// Names the formats that can be written.

@@ -35,6 +35,7 @@ enum Entry {
     Lost { bus: usize, lost: Lost },
     Silence { bus: usize, until: Timestamp },
     Clock { monotonic_ns: u64, realtime: Timestamp },
+    Note { time: Option<Timestamp>, text: String },
 }
 
 impl Batch {
@@ -67,6 +68,7 @@ impl Batch {
             Item::Lost { bus, lost } => Entry::Lost { bus: self.bus(bus), lost },
             Item::Silence { bus, until } => Entry::Silence { bus: self.bus(bus), until },
             Item::Clock { monotonic_ns, realtime } => Entry::Clock { monotonic_ns, realtime },
+            Item::Note { time, text } => Entry::Note { time, text: text.into() },
         };
         self.entries.push(entry);
     }
@@ -85,6 +87,7 @@ impl Batch {
                 Entry::Lost { bus, lost } => Item::Lost { bus: &self.buses[bus], lost },
                 Entry::Silence { bus, until } => Item::Silence { bus: &self.buses[bus], until },
                 Entry::Clock { monotonic_ns, realtime } => Item::Clock { monotonic_ns, realtime },
+                Entry::Note { time, ref text } => Item::Note { time, text },
             };
             take(&item)?;
         }

@@ -19,6 +19,7 @@ use crate::cli::{self, ExportKind};
 use crate::device::Profiles;
 use crate::pipeline::Event;
 use crate::report::redact::Secrets;
+use crate::time::Timestamp;
 use writer::{Writer, remarks};
 
 /// Refuses --time where nothing shows times; what the environment and the configuration say is for all commands.
@@ -103,6 +104,9 @@ fn write_mcap(
     let wanted =
         Wanted { readings: true, findings: true, secrets, raw_only: args.raw_only, ..Wanted::default() };
     let result = bus::read(&args.bus, profiles, wanted, &mut scribe, |_, _| {});
+    for mark in &args.marks {
+        scribe.received(&Item::Note { time: Some(*mark), text: "mark" })?;
+    }
     if scribe.has_begun() {
         say_none(scribe.none_of().filter(|_| result.is_ok()));
         scribe.finish()?;
@@ -118,6 +122,7 @@ pub(super) fn of(
     filter: Option<String>,
     output: PathBuf,
     equipment: cli::Equipment,
+    marks: Vec<Timestamp>,
 ) -> cli::Export {
     cli::Export {
         bus: cli::Bus { inputs, line: None, input_format: None, adapter_hold: None, equipment },
@@ -130,6 +135,7 @@ pub(super) fn of(
         raw_only: false,
         link_type: None,
         time: None,
+        marks,
     }
 }
 
@@ -228,7 +234,7 @@ impl Sink for Exporter {
         match item {
             Item::Chunk { chunk, .. } => self.writer.chunk(chunk, &mut self.output.buffer),
             Item::Lost { lost, .. } => self.writer.lost(lost, &mut self.output.buffer),
-            Item::Line(_) | Item::Silence { .. } | Item::Clock { .. } => {}
+            Item::Line(_) | Item::Silence { .. } | Item::Clock { .. } | Item::Note { .. } => {}
         }
         Ok(())
     }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use crate::capture::Item;
 use crate::capture::mcap::{BusId, BusSettings, ChannelId, Options, RecordError, Recorder, Schema};
-use crate::report::mcap::Message;
+use crate::report::mcap::{Message, note};
 
 /// Writes a recording.
 pub(super) struct Journal {
@@ -41,17 +41,20 @@ impl Journal {
         !self.buses.is_empty()
     }
 
-    /// Writes what was received of a bus that has begun, or what the clocks showed.
+    /// Writes what was received of a bus that has begun, what the clocks showed, or what was noted.
     pub(super) fn item(&mut self, item: &Item<'_>) -> Result<(), RecordError> {
         if let Item::Clock { monotonic_ns, realtime } = item {
             return self.recorder.write_clock(*monotonic_ns, *realtime);
+        }
+        if let Item::Note { time, text } = item {
+            return self.message(&note(*time, text));
         }
         let Some(id) = item.bus().and_then(|bus| self.id(bus)) else { return Ok(()) };
         match item {
             Item::Chunk { chunk, ready, .. } => self.recorder.write_chunk(id, chunk, *ready),
             Item::Lost { lost, .. } => self.recorder.write_lost(id, lost),
             Item::Silence { until, .. } => self.recorder.write_silence(id, *until),
-            Item::Line(_) | Item::Clock { .. } => Ok(()),
+            Item::Line(_) | Item::Clock { .. } | Item::Note { .. } => Ok(()),
         }
     }
 

@@ -112,6 +112,11 @@ impl<'a> Session<'a> {
         self.setup.line
     }
 
+    /// Gives back memory that only saves time.
+    pub(super) fn compact(&mut self) {
+        self.buses.iter_mut().for_each(|bus| bus.pipeline.compact());
+    }
+
     /// Tells whether a bus has begun.
     pub(super) fn has(&self, bus: &str) -> bool {
         self.buses.iter().any(|known| known.name == bus)
@@ -211,6 +216,10 @@ impl<'a> Session<'a> {
             Item::Lost { lost, .. } => redactor.push_lost(*lost),
             Item::Silence { until, .. } => redactor.push_silence(*until),
             Item::Clock { monotonic_ns, realtime } => redactor.push_clock(*monotonic_ns, *realtime),
+            Item::Note { time, text } => {
+                let text = &redactor.blank_text(text);
+                return self.decode(at, &Item::Note { time: *time, text }, sink).map(|()| true);
+            }
             Item::Line(_) => {}
         }
         self.take_redacted(at, sink).map(|()| true)
@@ -241,7 +250,7 @@ impl<'a> Session<'a> {
                 Item::Chunk { chunk, .. } => pipeline.handle_bytes(chunk),
                 Item::Lost { lost, .. } => pipeline.handle_lost(*lost),
                 Item::Silence { until, .. } => pipeline.handle_timeout(*until),
-                Item::Line(_) | Item::Clock { .. } => {}
+                Item::Line(_) | Item::Clock { .. } | Item::Note { .. } => {}
             });
         }
         Ok(())

@@ -58,8 +58,8 @@ struct Move {
 pub struct Devices {
     profiles: Arc<Profiles>,
     environment: Environment,
-    /// One for each address.
-    known: Box<[Known; 256]>,
+    /// One for each address; a copy shares those that it has not seen change.
+    known: Box<[Arc<Known>; 256]>,
     moved: Option<Move>,
     routines: Routines,
 }
@@ -67,7 +67,7 @@ pub struct Devices {
 impl Devices {
     /// Starts with nothing known.
     pub fn new(profiles: Arc<Profiles>, environment: Environment) -> Self {
-        let known = Box::new(std::array::from_fn(|_| Known::default()));
+        let known = Box::new(std::array::from_fn(|_| Arc::default()));
         Devices { profiles, environment, known, moved: None, routines: Routines::new() }
     }
 
@@ -85,7 +85,7 @@ impl Devices {
             };
             return Err(UnknownDevice { device: device.to_owned(), hint });
         };
-        self.known[usize::from(address)].assign(index);
+        Arc::make_mut(&mut self.known[usize::from(address)]).assign(index);
         self.routines.forget();
         Ok(())
     }
@@ -117,7 +117,7 @@ impl Devices {
         let index = self.profiles.find(t.function.0, t.start_register?);
         let entry = index.and_then(|index| self.profiles.entry(index));
         let exchange = Exchange::read(&self.profiles, entry, t);
-        let known = &mut self.known[usize::from(t.address)];
+        let known = Arc::make_mut(&mut self.known[usize::from(t.address)]);
         let before = known.clone();
         let learnt = known.learn(&exchange);
         if *known != before {
@@ -132,16 +132,21 @@ impl Devices {
         if let Some(to) = to.filter(|&to| !before.is_unknown() || self.known[usize::from(to)].is_unknown()) {
             return self.relocate(t, to);
         }
-        let known = &mut self.known[usize::from(t.address)];
+        let known = Arc::make_mut(&mut self.known[usize::from(t.address)]);
         let device = known.device().filter(|_| learnt.is_news)?;
         known.evidence = evidence(&self.profiles, known, &exchange, &learnt, device, t).into();
         self.identified(t.address, t)
     }
 
+    /// Gives back memory that only saves time.
+    pub fn compact(&mut self) {
+        self.routines.clear();
+    }
+
     /// Takes what is known along when a device is given another address.
     fn relocate(&mut self, t: &Transaction<'_>, to: u8) -> Option<Identified> {
-        let moved = self.known[usize::from(t.address)].leave();
-        self.known[usize::from(to)].arrive(moved);
+        let moved = Arc::make_mut(&mut self.known[usize::from(t.address)]).leave();
+        Arc::make_mut(&mut self.known[usize::from(to)]).arrive(moved);
         self.routines.forget();
         self.moved = Some(Move { transaction: t.id, from: t.address, to });
         let identified = self.identified(to, t)?;

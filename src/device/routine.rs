@@ -31,14 +31,15 @@ pub(super) struct Told {
 /// Remembers exchanges that taught nothing.
 #[derive(Clone, Debug)]
 pub(super) struct Routines {
-    places: Box<[Option<Routine>; PLACES]>,
+    /// Empty until the first is remembered.
+    places: Vec<Option<Routine>>,
     /// Counts the changes of what is known of the devices.
     epoch: u32,
 }
 
 impl Routines {
     pub(super) fn new() -> Self {
-        Routines { places: Box::new([None; PLACES]), epoch: 0 }
+        Routines { places: Vec::new(), epoch: 0 }
     }
 
     fn place((address, function, register): Key) -> usize {
@@ -50,7 +51,7 @@ impl Routines {
     /// Returns what is said of an exchange of a kind that taught nothing, if nothing has changed since.
     pub(super) fn told(&self, t: &Transaction<'_>) -> Option<&Told> {
         let key = (t.address, t.function.0, t.start_register?);
-        let known = self.places[Self::place(key)].as_ref();
+        let known = self.places.get(Self::place(key))?.as_ref();
         known.filter(|known| known.key == key && known.epoch == self.epoch).map(|known| &known.told)
     }
 
@@ -58,7 +59,15 @@ impl Routines {
     pub(super) fn remember(&mut self, t: &Transaction<'_>, told: Told) {
         let Some(register) = t.start_register else { return };
         let key = (t.address, t.function.0, register);
+        if self.places.is_empty() {
+            self.places.resize(PLACES, None);
+        }
         self.places[Self::place(key)] = Some(Routine { key, told, epoch: self.epoch });
+    }
+
+    /// Gives its memory back; what comes again is looked at anew, and told alike.
+    pub(super) fn clear(&mut self) {
+        self.places = Vec::new();
     }
 
     /// Notes that something else is known now: what taught nothing may teach something again.

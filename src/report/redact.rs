@@ -125,6 +125,11 @@ impl Redactor {
         Some(Redacted::Chunk(chunk, ready))
     }
 
+    /// Returns a text without the serial numbers that are known.
+    pub fn blank_text(&self, text: &str) -> String {
+        self.secrets.blank(text, &self.profiles)
+    }
+
     fn blank(&mut self) {
         let Redactor { pipeline, profiles, secrets, held, .. } = self;
         while let Some(event) = pipeline.poll_event() {

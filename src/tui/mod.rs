@@ -14,6 +14,7 @@ pub mod action;
 pub mod app;
 pub mod keymap;
 pub mod layout;
+pub mod sieve;
 pub mod store;
 pub mod theme;
 pub mod timeline;

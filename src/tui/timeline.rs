@@ -18,6 +18,12 @@ pub struct Bucket {
     pub findings: u64,
     /// Rows that pass the filter.
     pub matches: u64,
+    /// Rows with the words that are searched for.
+    pub words: u64,
+    /// Rows at which playing is to pause.
+    pub breaks: u64,
+    /// What people noted.
+    pub notes: u64,
 }
 
 impl Bucket {
@@ -26,6 +32,9 @@ impl Bucket {
         self.errors = self.errors.saturating_add(other.errors);
         self.findings = self.findings.saturating_add(other.findings);
         self.matches = self.matches.saturating_add(other.matches);
+        self.words = self.words.saturating_add(other.words);
+        self.breaks = self.breaks.saturating_add(other.breaks);
+        self.notes = self.notes.saturating_add(other.notes);
     }
 
     /// Returns how often something is in it.
@@ -34,6 +43,8 @@ impl Bucket {
             Sought::Error => self.errors,
             Sought::Finding => self.findings,
             Sought::Match => self.matches,
+            Sought::Words => self.words,
+            Sought::Note => self.notes,
         }
     }
 }
@@ -47,6 +58,10 @@ pub enum Sought {
     Finding,
     /// A row that passes the filter.
     Match,
+    /// A row with the words that are searched for.
+    Words,
+    /// What somebody noted.
+    Note,
 }
 
 impl Sought {
@@ -56,6 +71,8 @@ impl Sought {
             Sought::Error => "error",
             Sought::Finding => "finding",
             Sought::Match => "row that passes the filter",
+            Sought::Words => "row with that",
+            Sought::Note => "note",
         }
     }
 }
@@ -175,6 +192,8 @@ pub struct Timeline {
     pub events: Series,
     /// What passes the filter, and up to where that was looked for; `None` without a filter.
     pub hits: Option<(Series, i64)>,
+    /// The same for the words that are searched for.
+    pub words: Option<(Series, i64)>,
     /// Up to where it was decoded.
     pub decoded_ns: i64,
     /// Where it ends, as far as that is known.
@@ -204,7 +223,8 @@ mod tests {
     use super::*;
     use crate::time::SECOND;
 
-    const ERROR: Bucket = Bucket { busy_ns: 1, errors: 1, findings: 0, matches: 0 };
+    const ERROR: Bucket =
+        Bucket { busy_ns: 1, errors: 1, findings: 0, matches: 0, words: 0, breaks: 0, notes: 0 };
 
     #[test]
     fn a_year_fits_and_nothing_is_lost_in_it() {

@@ -8,6 +8,7 @@ mod cost;
 mod disk;
 mod ends;
 mod kill;
+mod large;
 mod lines;
 mod masters;
 mod screen;

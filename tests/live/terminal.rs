@@ -115,9 +115,23 @@ impl Terminal {
 
     /// Waits until something holds of the screen; returns how long that took.
     pub fn wait_until(&mut self, what: &str, is_so: impl Fn(&vt100::Screen) -> bool) -> Duration {
+        self.wait_so_long(LONG, what, is_so)
+    }
+
+    /// Waits until something holds of the screen, as long as large recordings take; returns how long that took.
+    pub fn wait_until_patiently(&mut self, what: &str, is_so: impl Fn(&vt100::Screen) -> bool) -> Duration {
+        self.wait_so_long(30 * LONG, what, is_so)
+    }
+
+    fn wait_so_long(
+        &mut self,
+        most: Duration,
+        what: &str,
+        is_so: impl Fn(&vt100::Screen) -> bool,
+    ) -> Duration {
         let begun = Instant::now();
         while !is_so(self.parser.screen()) {
-            let rest = LONG.saturating_sub(begun.elapsed());
+            let rest = most.saturating_sub(begun.elapsed());
             match self.output.recv_timeout(rest) {
                 Ok(bytes) => self.parser.process(&bytes),
                 Err(RecvTimeoutError::Disconnected) if !self.has_ended => self.has_ended = true,
@@ -125,6 +139,13 @@ impl Terminal {
             }
         }
         begun.elapsed()
+    }
+
+    /// Takes in what is still being drawn.
+    pub fn settle(&mut self) {
+        while let Ok(bytes) = self.output.recv_timeout(Duration::from_millis(60)) {
+            self.parser.process(&bytes);
+        }
     }
 
     /// Waits until a text is on the screen.

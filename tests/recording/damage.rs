@@ -119,7 +119,7 @@ impl Original {
         let (mut position, mut there) = (0, 0);
         for item in found {
             match item {
-                Found::Line(..) | Found::Silence(..) | Found::Clock(..) => {}
+                Found::Line(..) | Found::Silence(..) | Found::Clock(..) | Found::Note(..) => {}
                 Found::Lost(_, lost) => {
                     assert_eq!(lost.kind, LostKind::Disk, "{what}");
                     position += lost.count as usize;

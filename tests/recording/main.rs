@@ -23,6 +23,7 @@ enum Found {
     Lost(String, Lost),
     Silence(String, Timestamp),
     Clock(u64, Timestamp),
+    Note(Option<Timestamp>, String),
 }
 
 impl Found {
@@ -93,6 +94,7 @@ fn rest(recording: &mut Recording) -> Vec<Found> {
             Item::Lost { bus, lost } => Found::Lost(bus.into(), lost),
             Item::Silence { bus, until } => Found::Silence(bus.into(), until),
             Item::Clock { monotonic_ns, realtime } => Found::Clock(monotonic_ns, realtime),
+            Item::Note { time, text } => Found::Note(time, text.into()),
         });
     }
     found

@@ -75,7 +75,7 @@ fn a_missing_part_is_a_loss_of_known_size() {
         let lengths = found.iter().map(|item| match item {
             Found::Chunk(_, _, bytes, _) => bytes.len() as u64,
             Found::Lost(_, lost) => lost.count,
-            Found::Line(..) | Found::Silence(..) | Found::Clock(..) => 0,
+            Found::Line(..) | Found::Silence(..) | Found::Clock(..) | Found::Note(..) => 0,
         });
         lengths.sum()
     };

@@ -8,7 +8,8 @@ use rtutap::analyze::filter::Filter;
 use rtutap::time::SECOND;
 use rtutap::tui::app::replay::{Order, Replay, Way};
 use rtutap::tui::app::{Effect, Message, Options};
-use rtutap::tui::store::List;
+use rtutap::tui::sieve::Sieve;
+use rtutap::tui::store::{List, Row};
 use rtutap::tui::timeline::{Bucket, Series, Sought, Timeline};
 
 use crate::session::Session;
@@ -23,7 +24,7 @@ fn timeline() -> Timeline {
         let busy_ns = SECOND / 10 * (1 + second / 20 % 5);
         let errors = u64::from(second == 90 || second == 275);
         let findings = u64::from(second == 330);
-        events.add(second * SECOND, &Bucket { busy_ns, errors, findings, matches: 0 });
+        events.add(second * SECOND, &Bucket { busy_ns, errors, findings, ..Bucket::default() });
     }
     Timeline { events, decoded_ns: 420 * SECOND, end_ns: END, share: 0.7, ..Timeline::default() }
 }
@@ -239,4 +240,85 @@ fn a_mark_is_on_the_timeline() {
     assert!(session.screen().contains('◆'));
     session.press("m");
     assert!(session.app.marked_places().is_empty());
+}
+
+/// Hands over what the player shows when it has arrived.
+fn arrive(session: &mut Session, change: Message) {
+    let arrived = replay(session);
+    session.app.update(Message::Replay(arrived));
+    session.app.update(change);
+}
+
+#[test]
+fn words_that_are_not_in_memory_are_looked_for_in_all_of_the_recording() {
+    let mut session = session(80, 24, |_| {});
+    session.press("home s");
+    session.type_text("serial");
+    session.press("enter");
+    let near = session.app.traffic.selected;
+    assert!(near > Some(0), "what is in memory is gone to at once");
+    session.press("s");
+    session.type_text("Nowhere");
+    let is_words = |order: &Order, way: bool| match order {
+        Order::Words { sieve, is_forward, .. } => *sieve == Sieve::words("nowhere") && *is_forward == way,
+        _ => false,
+    };
+    assert!(is_words(&order(session.press("enter")), true));
+    assert!(is_words(&order(session.press("N")), false));
+}
+
+#[test]
+fn what_was_found_is_selected_when_it_has_come() {
+    let mut session = session(80, 24, |_| {});
+    session.press("home s");
+    session.type_text("the cable");
+    assert!(matches!(order(session.press("enter")), Order::Words { is_forward: true, .. }));
+    let now = session.source.now;
+    session.source.feed.note(Some(now), "moved the cable");
+    session.source.take(300);
+    let store = session.source.feed.store().clone();
+    let noted = store.list(List::Exchanges).total();
+    arrive(&mut session, Message::Grown(store));
+    assert!(session.selected() < noted - 1, "it is not the last");
+    assert!(matches!(session.row(), Row::Remark(remark) if &*remark.text == "moved the cable"));
+}
+
+#[test]
+fn going_down_at_the_last_row_goes_to_the_next_when_it_has_come() {
+    let mut session = session(80, 24, |_| {});
+    session.press("end up down");
+    let last = session.app.traffic.selected.expect("a row");
+    assert!(matches!(order(session.press("down")), Order::Rows(List::Exchanges, _)));
+    session.source.take(200);
+    let store = session.source.feed.store().clone();
+    arrive(&mut session, Message::Grown(store));
+    assert_eq!(session.app.traffic.selected, Some(last + 1));
+}
+
+#[test]
+fn a_break_is_the_player_s() {
+    let mut session = session(80, 24, |_| {});
+    session.press("b");
+    session.type_text("addr == 3");
+    let breaks = Filter::parse("addr == 3").expect("a filter");
+    assert_eq!(order(session.press("enter")), Order::Break(Some(breaks)));
+    assert!(session.screen().contains("pauses when a row passes addr == 3"));
+    session.source.take(2000);
+    let store = session.source.feed.store().clone();
+    arrive(&mut session, Message::Grown(store));
+    assert_eq!(session.row().address(), Some(3), "the row that passed is selected");
+    assert!(!session.app.is_frozen(), "what is paused is not frozen, too");
+}
+
+#[test]
+fn notes_are_on_the_timeline_and_to_be_gone_to() {
+    let mut session = session(101, 30, |replay| {
+        let mut timeline = timeline();
+        timeline.events.add(400 * SECOND, &Bucket { notes: 1, ..Bucket::default() });
+        timeline.origin = replay.timeline.origin;
+        replay.timeline = Arc::new(timeline);
+    });
+    assert!(session.screen().contains('✎') && session.screen().contains("1 note"));
+    let find = |is_forward, before| Order::Find { what: Sought::Note, is_forward, before };
+    assert_eq!(order(session.press("'")), find(true, None));
 }

@@ -16,7 +16,7 @@ use rtutap::report::words::Labels;
 use rtutap::simulate::{Adapter, Config, Scenario, Simulation};
 use rtutap::time::{Interval, Timestamp};
 use rtutap::tui::app::{self, App, Effect, Message};
-use rtutap::tui::store::{BusFacts, Feed};
+use rtutap::tui::store::{BusFacts, Feed, Row};
 use rtutap::tui::view;
 
 /// Decodes a simulated bus into a feed, one read after the other.
@@ -160,6 +160,11 @@ impl Session {
     /// Returns the symbols on the screen.
     pub fn screen(&self) -> String {
         text(&self.buffer())
+    }
+
+    /// Returns the selected row.
+    pub fn row(&self) -> &Row {
+        self.app.traffic.row(self.app.store()).expect("a selected row")
     }
 
     /// Returns the number of the selected row.

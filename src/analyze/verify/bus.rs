@@ -101,8 +101,9 @@ pub(super) struct Asked {
 #[derive(Clone, Debug)]
 pub(super) struct Bus {
     pub(super) profiles: Arc<Profiles>,
-    pub(super) shapes: Shapes,
-    units: Vec<Unit>,
+    pub(super) shapes: Arc<Shapes>,
+    /// One for each address; a copy of the bus shares those that it has not seen change.
+    units: Vec<Arc<Unit>>,
     /// Good frames by the address in them.
     pub(super) frames_at: Vec<u64>,
     /// The latest requests, in order.
@@ -121,9 +122,9 @@ pub(super) struct Bus {
 impl Bus {
     pub(super) fn new(profiles: Arc<Profiles>) -> Self {
         Bus {
-            shapes: profiles.shapes(),
+            shapes: Arc::new(profiles.shapes()),
             profiles,
-            units: vec![Unit::default(); 256],
+            units: vec![Arc::default(); 256],
             frames_at: vec![0; 256],
             requests: VecDeque::new(),
             hidden: VecDeque::new(),
@@ -140,7 +141,7 @@ impl Bus {
     }
 
     pub(super) fn unit_mut(&mut self, address: u8) -> &mut Unit {
-        &mut self.units[usize::from(address)] // one for each address
+        Arc::make_mut(&mut self.units[usize::from(address)]) // one for each address
     }
 
     /// Counts the units that have answered at an address of their own, where they still are.

@@ -2,6 +2,8 @@
 
 use prost::{Enumeration, Message};
 
+use crate::time::{SECOND, Timestamp};
+
 /// Is the type of a channel's messages: a protobuf message and what defines it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Schema {
@@ -97,6 +99,38 @@ pub(super) struct Clock {
     pub(super) monotonic_ns: u64,
     #[prost(uint64, tag = "2")]
     pub(super) realtime_ns: u64,
+}
+
+/// The topic of what people noted.
+pub(super) const NOTES: &str = "/notes";
+
+/// What is read of a `foxglove.Log` on [`NOTES`].
+#[derive(Clone, PartialEq, Message)]
+pub(super) struct Note {
+    #[prost(message, optional, tag = "1")]
+    timestamp: Option<Seconds>,
+    #[prost(string, tag = "3")]
+    pub(super) message: String,
+}
+
+/// `google.protobuf.Timestamp`.
+#[derive(Clone, Copy, PartialEq, Message)]
+struct Seconds {
+    #[prost(int64, tag = "1")]
+    seconds: i64,
+    #[prost(int32, tag = "2")]
+    nanos: i32,
+}
+
+impl Note {
+    /// The type of messages it is read from.
+    pub(super) const SCHEMA: &str = "foxglove.Log";
+
+    /// Returns the time it is about.
+    pub(super) fn time(&self) -> Option<Timestamp> {
+        let Seconds { seconds, nanos } = self.timestamp?;
+        Some(Timestamp::from_ns(seconds.saturating_mul(SECOND).saturating_add(i64::from(nanos))))
+    }
 }
 
 #[cfg(test)]

@@ -10,7 +10,7 @@ use super::messages::{Cause, Damage, SchemaRecord};
 use super::raw_chunk;
 use super::reads::Reads;
 use super::recording::{Facts, Session, missing};
-use super::schema::{Clock, ErrorKind, Line, RawChunk, Schema};
+use super::schema::{Clock, ErrorKind, Line, NOTES, Note, RawChunk, Schema};
 use super::time::Anchor;
 use super::unpack::MessageHead;
 use super::{END_METADATA, SESSION_METADATA};
@@ -26,6 +26,7 @@ enum Topic {
     Raw(usize),
     Line(usize),
     Clock,
+    Notes,
 }
 
 /// Is a bus of the recording, as far as it was read.
@@ -51,6 +52,7 @@ enum Ready {
     Chunk(usize),
     Silence(usize, Timestamp),
     Clock(u64, Timestamp),
+    Note(Option<Timestamp>, String),
 }
 
 /// Stands where there is no item.
@@ -107,6 +109,8 @@ impl State {
             Topic::Raw(self.bus(name))
         } else if let Some(name) = bus_of("/line").filter(|_| schema == Schema::LINE.name) {
             Topic::Line(self.bus(name))
+        } else if channel.topic == NOTES && schema == Note::SCHEMA {
+            Topic::Notes
         } else {
             Topic::Other
         };
@@ -195,6 +199,13 @@ impl State {
         match topic {
             Topic::Other => {}
             Topic::Clock => self.clock(head, payload),
+            Topic::Notes => match Note::decode(payload) {
+                Ok(note) if self.selects(head.log_time) => {
+                    self.queue.push_back(Ready::Note(note.time(), note.message));
+                }
+                Ok(_) => {}
+                Err(_) => self.bad_message(payload),
+            },
             Topic::Line(bus) => match Line::decode(payload) {
                 Ok(line) => match BusSettings::from_message(&self.buses[bus].name, &line) {
                     Some(settings) => self.settings(bus, settings),
@@ -359,6 +370,7 @@ impl State {
             Some(Ready::Clock(monotonic_ns, realtime)) => {
                 Item::Clock { monotonic_ns: *monotonic_ns, realtime: *realtime }
             }
+            Some(Ready::Note(time, text)) => Item::Note { time: *time, text },
             None => NOTHING,
         }
     }

@@ -39,7 +39,8 @@ impl Entry {
     /// Makes the entry of an item; settings have their own.
     pub(super) fn of(item: &Item<'_>, bus: Arc<str>) -> Option<Self> {
         Some(match item {
-            Item::Line(_) => return None,
+            // Live buses have no notes but those that the screen takes.
+            Item::Line(_) | Item::Note { .. } => return None,
             Item::Chunk { chunk, ready, .. } => Entry::Chunk {
                 bus,
                 time: chunk.time,

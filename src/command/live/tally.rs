@@ -65,7 +65,7 @@ impl Tally {
                 self.lost = self.lost.saturating_add(lost.count);
                 self.holes += u64::from(lost.count == 0);
             }
-            Item::Line(_) | Item::Silence { .. } | Item::Clock { .. } => {}
+            Item::Line(_) | Item::Silence { .. } | Item::Clock { .. } | Item::Note { .. } => {}
         }
     }
 

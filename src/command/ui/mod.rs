@@ -135,12 +135,16 @@ impl Loop<'_> {
             Word::Replay(replay) => Message::Replay(*replay),
             Word::Said(tone, text) => Message::Said(tone, text),
             Word::Recording(file) => {
-                let since = self.app.recording.as_ref().and_then(|recording| recording.since);
-                let since = since.or_else(|| Some(self.clock.realtime()));
-                Message::Recording(file.map(|file| Recording {
-                    file: file.display().to_string(),
-                    since,
-                    trouble: None,
+                let begin = || Recording { since: Some(self.clock.realtime()), ..Recording::default() };
+                Message::Recording(file.map(|file| {
+                    let file = file.display().to_string();
+                    match self.app.recording.clone() {
+                        Some(mut recording) => {
+                            recording.go_on(file);
+                            recording
+                        }
+                        None => Recording { file, ..begin() },
+                    }
                 }))
             }
             Word::Suspend if std::mem::take(&mut self.has_asked_to_stop) => return Ok(()),

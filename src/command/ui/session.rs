@@ -101,25 +101,28 @@ fn outside(
     let is_sent = match effect {
         Effect::Note(time, text) => requests.send(Request::Note(time, text)).is_ok(),
         Effect::Record(is_on) => requests.send(Request::Record(is_on)).is_ok(),
-        Effect::Export { filter, path } => {
+        Effect::Export { filter, path, marks } => {
             let Some(recording) = &app.recording else {
                 return Some((Tone::Warn, "nothing is recorded that could be exported".to_owned()));
             };
-            return Some(export_part(vec![PathBuf::from(&recording.file)], filter, path, equipment.clone()));
+            let parts = recording.earlier.iter().chain([&recording.file]).filter_map(|file| there(file));
+            let args = export::of(parts.collect(), filter, PathBuf::from(path), equipment.clone(), marks);
+            return Some(start_export(args));
         }
         _ => return None,
     };
     (!is_sent).then(|| (Tone::Bad, "the session has ended".to_owned()))
 }
 
-/// Exports what passes a filter, while the screen goes on; returns what to say about it.
-pub(in crate::command) fn export_part(
-    inputs: Vec<PathBuf>,
-    filter: Option<String>,
-    path: String,
-    equipment: cli::Equipment,
-) -> (Tone, String) {
-    let args = export::of(inputs, filter, PathBuf::from(&path), equipment);
+/// Returns where a part of a recording is: one that is finished has lost its `.part`, an old one may be gone.
+fn there(file: &str) -> Option<PathBuf> {
+    let names = [Some(file), file.strip_suffix(".part")];
+    names.into_iter().flatten().map(PathBuf::from).find(|path| path.exists())
+}
+
+/// Exports while the screen goes on; returns what to say about it.
+pub(in crate::command) fn start_export(args: cli::Export) -> (Tone, String) {
+    let path = args.output.display().to_string();
     let started = Builder::new().name("export".to_owned()).spawn(move || match export::run(&args) {
         Ok(()) => message::note(format_args!("exported to '{}'", args.output.display())),
         Err(failure) => failure.say(),

@@ -19,12 +19,13 @@ struct Known {
 /// Remembers the requests of eight bytes that were beyond doubt with nothing outstanding.
 #[derive(Clone, Debug)]
 pub struct Polled {
+    /// Empty until the first is remembered.
     places: Vec<Option<Known>>,
 }
 
 impl Polled {
     pub fn new() -> Self {
-        Polled { places: vec![None; PLACES] }
+        Polled { places: Vec::new() }
     }
 
     fn place(bytes: u64) -> usize {
@@ -35,13 +36,21 @@ impl Polled {
     /// Returns score and readings of a request seen before, as long as the epoch is the same.
     pub fn recall(&self, bytes: [u8; 8], epoch: u32) -> Option<(f32, &Readings)> {
         let bytes = u64::from_le_bytes(bytes);
-        let known = self.places[Self::place(bytes)].as_ref()?;
+        let known = self.places.get(Self::place(bytes))?.as_ref()?;
         (known.bytes == bytes && known.epoch == epoch).then_some((known.score, &known.readings))
     }
 
     /// Remembers a request.
     pub fn remember(&mut self, bytes: [u8; 8], epoch: u32, score: f32, readings: Readings) {
         let bytes = u64::from_le_bytes(bytes);
+        if self.places.is_empty() {
+            self.places.resize(PLACES, None);
+        }
         self.places[Self::place(bytes)] = Some(Known { bytes, epoch, score, readings });
+    }
+
+    /// Gives its memory back; what is asked again is judged anew, and alike.
+    pub fn forget(&mut self) {
+        self.places = Vec::new();
     }
 }

@@ -26,8 +26,8 @@ impl App {
         {
             return None;
         }
-        if let Some(order) = self.replay_order(action) {
-            return Some(Effect::Replay(order));
+        if let Some(effect) = self.replay_order(action) {
+            return Some(effect);
         }
         match action {
             Action::Quit => return Some(Effect::Quit),
@@ -57,6 +57,9 @@ impl App {
             Action::Note => self.ask(Ask::Note),
             Action::GoToTime => self.ask(Ask::Time),
             Action::Export => self.ask(Ask::Export),
+            Action::SearchNext | Action::SearchPrevious => {
+                return self.search_again(action == Action::SearchNext);
+            }
             Action::ClearFilter => self.set_filter(None),
             Action::FilterSelected => self.filter_selected(),
             Action::CopyRow | Action::CopyHex | Action::CopyJson => return self.copy(action),

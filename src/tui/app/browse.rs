@@ -1,5 +1,6 @@
 //! What actions do in the views: going through rows, fields, bytes, buses and findings.
 
+use super::replay::is_note;
 use super::traffic::Pane;
 use super::{App, View, columns};
 use crate::time::Timestamp;
@@ -26,7 +27,7 @@ impl App {
             Action::Follow => self.traffic.follow(&self.store, height),
             Action::Frames => self.traffic.toggle_frames(&self.store, self.filter.as_ref(), height),
             Action::Mark => {
-                self.traffic.toggle_mark();
+                self.traffic.toggle_mark(&self.store);
             }
             Action::Sort => {
                 let next = match self.traffic.sorted_by {
@@ -36,7 +37,6 @@ impl App {
                 self.sort_by(next);
             }
             Action::Partner => self.go_to_partner(),
-            Action::SearchNext | Action::SearchPrevious => self.search_again(action == Action::SearchNext),
             Action::NextError | Action::PreviousError => {
                 self.go_to("row with trouble", action == Action::NextError, |_, _, row| {
                     row.tone() >= Tone::Warn
@@ -50,7 +50,9 @@ impl App {
             }
             Action::NextMark | Action::PreviousMark => {
                 let is_forward = action == Action::NextMark;
-                self.go_to("marked row", is_forward, |app, number, _| app.traffic.is_marked(number));
+                self.go_to("marked row or note", is_forward, |app, number, row| {
+                    app.traffic.is_marked(number) || is_note(row)
+                });
             }
             _ => return false,
         }

@@ -88,6 +88,8 @@ pub enum Effect {
         filter: Option<String>,
         /// The file.
         path: String,
+        /// The times of the traffic that were marked.
+        marks: Vec<Timestamp>,
     },
     /// Take the mouse, or leave it to the terminal.
     Mouse(bool),
@@ -104,6 +106,17 @@ pub struct Recording {
     pub since: Option<Timestamp>,
     /// What is wrong with it.
     pub trouble: Option<String>,
+    /// The parts of it before this file, in order.
+    pub earlier: Vec<String>,
+}
+
+impl Recording {
+    /// Goes on in another file.
+    pub fn go_on(&mut self, file: String) {
+        if file != self.file {
+            self.earlier.push(std::mem::replace(&mut self.file, file));
+        }
+    }
 }
 
 /// Is a window over the view.

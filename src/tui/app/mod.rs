@@ -254,6 +254,7 @@ impl App {
         self.store = store;
         let height = self.regions().rows();
         self.traffic.update(&self.store, self.filter.as_ref(), height);
+        self.select_awaited();
         self.look_for_break();
     }
 
@@ -262,6 +263,7 @@ impl App {
         self.newer = None;
         self.traffic.is_following = true;
         self.traffic.reset(&self.store, self.filter.as_ref());
+        self.select_awaited();
         self.break_from = self.store.list(List::Exchanges).total();
     }
 
@@ -275,7 +277,8 @@ impl App {
         };
         let Some(number) = (from..rows.total()).find(passes) else { return };
         self.break_from = number + 1;
-        self.is_frozen = true;
+        // A recording is paused by its player.
+        self.is_frozen = self.deck.replay.is_none();
         self.view = View::Traffic;
         if self.traffic.list == List::Frames {
             self.traffic.list = List::Exchanges;

@@ -13,7 +13,8 @@ use super::{Action, App, Effect, View};
 use crate::analyze::filter::{Filter, Subject};
 use crate::report;
 use crate::time::{SECOND, Timestamp};
-use crate::tui::store::{List, Row, Tone};
+use crate::tui::sieve::Sieve;
+use crate::tui::store::{List, RemarkKind, Row, Store, Tone};
 use crate::tui::timeline::{Sought, Timeline};
 
 /// How fast a recording is played at most, and least.
@@ -22,6 +23,8 @@ pub const SPEEDS: (f64, f64) = (0.1, 1000.0);
 const STEPS: [f64; 13] = [0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0];
 /// The part of a recording that a key goes on.
 const PART: i64 = 50;
+/// Among how many of the latest rows what was found is.
+const LATEST: usize = 64;
 /// Nanoseconds of a day.
 const DAY: i64 = 86_400 * SECOND;
 
@@ -49,6 +52,17 @@ pub enum Order {
     },
     /// Look what passes a filter in all of the recording; without one, stop looking.
     Look(Option<Filter>),
+    /// Go to the next row with words, or the last before, as for [`Order::Find`]; look for them in all of the recording.
+    Words {
+        /// What is looked for.
+        sieve: Sieve,
+        /// Which way.
+        is_forward: bool,
+        /// The list and number of a row before which it is looked for.
+        before: Option<(List, u64)>,
+    },
+    /// Pause when a row passes; without a filter, do not.
+    Break(Option<Filter>),
     /// Give up what it is on the way to.
     Stay,
 }
@@ -107,6 +121,17 @@ pub(super) struct Deck {
     marks: Vec<i64>,
     /// Whether the playhead is dragged.
     is_dragged: bool,
+    /// What is to be selected when the player has arrived.
+    awaited: Option<Awaited>,
+}
+
+/// Says what is to be selected when the player has arrived.
+#[derive(Clone, Debug)]
+enum Awaited {
+    /// The last row of what was found; it is one of the latest.
+    Hit(Sought, Option<Sieve>),
+    /// The row so many after the one that is selected.
+    Step(isize),
 }
 
 impl App {
@@ -118,6 +143,17 @@ impl App {
     /// Returns the marked places, in nanoseconds from the beginning.
     pub fn marked_places(&self) -> &[i64] {
         &self.deck.marks
+    }
+
+    /// Returns the times that were marked, in order.
+    pub(super) fn marked_times(&self) -> Vec<Timestamp> {
+        let mut times: Vec<Timestamp> = match &self.deck.replay {
+            Some(replay) => self.deck.marks.iter().filter_map(|at| replay.timeline.time(*at)).collect(),
+            None => self.traffic.marked_times().collect(),
+        };
+        times.sort_unstable();
+        times.dedup();
+        times
     }
 
     /// Takes what the player tells.
@@ -135,8 +171,23 @@ impl App {
     }
 
     /// Tells whether an action goes about in a recording, and what the player is to do.
-    pub(super) fn replay_order(&mut self, action: Action) -> Option<Order> {
+    pub(super) fn replay_order(&mut self, action: Action) -> Option<Effect> {
         let order = self.order(action)?;
+        let page = isize::try_from(self.page().saturating_sub(1).max(1)).unwrap_or(1);
+        let step = match action {
+            Action::Down => Some(1),
+            Action::PageDown => Some(page),
+            _ => None,
+        };
+        let effect = self.effect(order);
+        if let Some(step) = step.filter(|_| !self.traffic.is_following && self.filter.is_none()) {
+            self.deck.awaited = Some(Awaited::Step(step));
+        }
+        Some(effect)
+    }
+
+    /// Asks the player for something; what it comes to is selected.
+    pub(super) fn effect(&mut self, order: Order) -> Effect {
         // What is pressed twice counts twice, even before the player has told of the first.
         if let Some(replay) = &mut self.deck.replay {
             match order {
@@ -145,7 +196,32 @@ impl App {
                 _ => {}
             }
         }
-        Some(order)
+        self.deck.awaited = match &order {
+            Order::Find { what, .. } => Some(Awaited::Hit(*what, None)),
+            Order::Words { sieve, .. } => Some(Awaited::Hit(Sought::Words, Some(sieve.clone()))),
+            _ => None,
+        };
+        Effect::Replay(order)
+    }
+
+    /// Selects what was asked for, as far as it has come.
+    pub(super) fn select_awaited(&mut self) {
+        let is_on_the_way = self.deck.replay.as_ref().is_some_and(|replay| replay.way.is_some());
+        let Some(awaited) = self.deck.awaited.take_if(|_| !is_on_the_way) else { return };
+        let height = self.page();
+        match awaited {
+            Awaited::Step(by) => self.traffic.step(&self.store, by, height),
+            Awaited::Hit(what, sieve) => {
+                let is_hit = |row: &Row| is_hit(&self.store, row, what, sieve.as_ref());
+                let count = self.traffic.order.len(&self.store);
+                let rows = self.store.list(self.traffic.list);
+                let numbers = (0..count).rev().take(LATEST);
+                let mut numbers = numbers.filter_map(|place| self.traffic.order.number(&self.store, place));
+                if let Some(number) = numbers.find(|number| rows.get(*number).is_some_and(is_hit)) {
+                    self.traffic.select(&self.store, number, height);
+                }
+            }
+        }
     }
 
     fn order(&mut self, action: Action) -> Option<Order> {
@@ -187,6 +263,7 @@ impl App {
                 let is_hit = |row: &Row| row.tone() >= Tone::Warn;
                 return self.beyond(Sought::Error, is_forward, &is_hit);
             }
+            Action::NextMark | Action::PreviousMark => return self.to_mark(action == Action::NextMark),
             Action::NextFinding | Action::PreviousFinding => {
                 let store = self.store.clone();
                 let is_hit = |row: &Row| store.findings().of_row(row).next().is_some();
@@ -216,6 +293,37 @@ impl App {
             Action::Bottom if is_last => Some(Order::End),
             _ => None,
         }
+    }
+
+    /// Says where the player is to go for the next mark or note that is not in memory.
+    fn to_mark(&mut self, is_forward: bool) -> Option<Order> {
+        let is_marked = |_: &App, number: u64, row: &Row| self.traffic.is_marked(number) || is_note(row);
+        let found = self.traffic.find(&self.store, is_forward, |number, row| is_marked(self, number, row));
+        if found.is_some_and(|(_, went_round)| !went_round) {
+            return None; // as in live traffic
+        }
+        let replay = self.deck.replay.as_ref()?;
+        let (here, series) = (replay.playhead, &replay.timeline.events);
+        let marks = self.deck.marks.iter().copied();
+        let (mark, note) = if is_forward {
+            let note = series.next_with(Sought::Note, series.index(here).saturating_add(1));
+            (marks.filter(|at| *at > here).min(), note.map(|at| series.begin_of(at)))
+        } else {
+            let begin = self.store.list(self.traffic.list).iter().next().and_then(Row::time);
+            let from = begin.zip(replay.timeline.origin).map_or(0, |(begin, origin)| begin - origin);
+            let note = series.last_with(Sought::Note, series.index(from));
+            (marks.filter(|at| *at < from).max(), note.map(|at| series.begin_of(at)))
+        };
+        let list = self.traffic.list;
+        let before = (!is_forward).then(|| (list, self.store.list(list).first_kept()));
+        let is_mark_nearer = match (mark, note) {
+            (Some(mark), Some(note)) => (mark < note) == is_forward,
+            (mark, _) => mark.is_some(),
+        };
+        Some(match mark.filter(|_| is_mark_nearer) {
+            Some(mark) => Order::Place(mark),
+            None => Order::Find { what: Sought::Note, is_forward, before },
+        })
     }
 
     /// Selects the next row in memory, if there is one; else says where the player is to look.
@@ -276,6 +384,22 @@ impl App {
             _ => None,
         }
     }
+}
+
+/// Tells whether a row is what was looked for.
+fn is_hit(store: &Store, row: &Row, what: Sought, sieve: Option<&Sieve>) -> bool {
+    match what {
+        Sought::Error => row.tone() >= Tone::Warn,
+        Sought::Finding => store.findings().of_row(row).next().is_some(),
+        Sought::Match => true, // only those that pass are listed
+        Sought::Words => sieve.is_some_and(|sieve| sieve.passes(store, row)),
+        Sought::Note => is_note(row),
+    }
+}
+
+/// Tells whether a row is what somebody noted.
+pub(super) fn is_note(row: &Row) -> bool {
+    matches!(row, Row::Remark(remark) if remark.kind == RemarkKind::Note)
 }
 
 /// Asks a filter about nothing but a time.

@@ -1,10 +1,12 @@
 //! Going somewhere: filters, searches, times, marks, partners; and the lines that are typed for it.
 
 use super::prompt::{self, Ask, Prompt, Target, time_filter};
+use super::replay::Order;
 use super::traffic::Pane;
 use super::{App, Effect, View};
 use crate::analyze::filter::{Filter, Vocabulary};
 use crate::time::SECOND;
+use crate::tui::sieve::Sieve;
 use crate::tui::store::{List, Row, RowSubject, Tone};
 
 impl App {
@@ -52,14 +54,18 @@ impl App {
                 self.breaks_on = Filter::parse(&text).ok().filter(|_| !text.is_empty());
                 self.break_from = self.newest().list(List::Exchanges).total();
                 let said = match &self.breaks_on {
-                    Some(filter) => format!("freezes when a row passes {filter}"),
-                    None => "freezes by itself no more".to_owned(),
+                    Some(filter) if self.is_live => format!("freezes when a row passes {filter}"),
+                    Some(filter) => format!("pauses when a row passes {filter}"),
+                    None if self.is_live => "freezes by itself no more".to_owned(),
+                    None => "pauses by itself no more".to_owned(),
                 };
                 self.say(Tone::Info, said);
+                return self.replay().is_some().then(|| Effect::Replay(Order::Break(self.breaks_on.clone())));
             }
+            Ask::Search if text.is_empty() => self.search = None,
             Ask::Search => {
-                self.search = Some(text).filter(|text| !text.is_empty());
-                self.search_again(true);
+                self.search = Some(text);
+                return self.search_again(true);
             }
             Ask::Note if text.is_empty() => {}
             Ask::Note => {
@@ -70,13 +76,13 @@ impl App {
                 return Some(Effect::Note(time, text));
             }
             Ask::Time => match self.order_of_time(&text) {
-                Some(order) => return Some(Effect::Replay(order)),
+                Some(order) => return Some(self.effect(order)),
                 None => self.go_to_time(&text),
             },
             Ask::Export if text.is_empty() => {}
             Ask::Export => {
                 let filter = self.filter.as_ref().map(Filter::to_string);
-                return Some(Effect::Export { filter, path: text });
+                return Some(Effect::Export { filter, path: text, marks: self.marked_times() });
             }
         }
         None
@@ -136,32 +142,29 @@ impl App {
         self.traffic.select(&self.store, number, height);
     }
 
-    /// Goes to the next hit of the search.
-    pub(super) fn search_again(&mut self, is_forward: bool) {
-        let Some(text) = self.search.clone() else { return self.ask(Ask::Search) };
-        let words = text.to_lowercase();
-        let bytes = hex_bytes(&text);
-        self.go_to(&format!("row with '{text}'"), is_forward, |app, _, row| {
-            app.has(row, &words, bytes.as_deref())
-        });
+    /// Goes to the next hit of the search; in a recording beyond the rows in memory, too.
+    pub(super) fn search_again(&mut self, is_forward: bool) -> Option<Effect> {
+        let Some(text) = self.search.clone() else {
+            self.ask(Ask::Search);
+            return None;
+        };
+        let sieve = Sieve::words(&text);
+        if self.replay().is_some() {
+            let passes = |app: &App, row: &Row| sieve.passes(&app.store, row);
+            if !self.is_near(is_forward, passes) {
+                let list = self.traffic.list;
+                let before = (!is_forward).then(|| (list, self.store.list(list).first_kept()));
+                return Some(self.effect(Order::Words { sieve, is_forward, before }));
+            }
+        }
+        self.go_to(&format!("row with '{text}'"), is_forward, |app, _, row| sieve.passes(&app.store, row));
+        None
     }
 
-    /// Tells whether a row has these words, or bytes.
-    fn has(&self, row: &Row, words: &str, bytes: Option<&[u8]>) -> bool {
-        let contains = |text: &str| text.to_lowercase().contains(words);
-        let has_words = match row {
-            Row::Exchange(row) => [&*row.title, &*row.label, &*row.said].into_iter().any(contains),
-            Row::Run(row) => {
-                contains(row.role.name()) || row.reason().is_some_and(|reason| contains(reason.name()))
-            }
-            Row::Remark(row) => contains(&row.text),
-        };
-        let has_bytes = |bytes: &[u8]| {
-            use crate::analyze::filter::Subject as _;
-            let subject = RowSubject::new(&self.store, row);
-            subject.any_bytes(&mut |all| all.windows(bytes.len()).any(|window| window == bytes))
-        };
-        has_words || bytes.is_some_and(has_bytes)
+    /// Tells whether such a row is in memory without going round.
+    pub(super) fn is_near(&self, is_forward: bool, holds: impl Fn(&App, &Row) -> bool) -> bool {
+        let found = self.traffic.find(&self.store, is_forward, |_, row| holds(self, row));
+        found.is_some_and(|(_, went_round)| !went_round)
     }
 
     /// Jumps from a request to its response, and back.
@@ -231,14 +234,4 @@ fn row_filter(row: &Row) -> Option<String> {
         },
         Row::Remark(row) => format!("addr == {}", row.address?),
     })
-}
-
-/// Reads bytes in hexadecimal, two digits each; `None` for anything else.
-fn hex_bytes(text: &str) -> Option<Vec<u8>> {
-    let digits: String = text.split_whitespace().collect();
-    if digits.len() < 2 || digits.len() % 2 == 1 || !digits.is_ascii() {
-        return None;
-    }
-    let pairs = (0..digits.len()).step_by(2);
-    pairs.map(|at| u8::from_str_radix(digits.get(at..at + 2)?, 16).ok()).collect()
 }

@@ -1,11 +1,12 @@
 //! The state of the traffic view: which row is selected, what is listed, which pane has the focus.
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 
 use super::columns::{Column, Columns};
 use super::detail::Detail;
 use super::order::Order;
 use crate::analyze::filter::Filter;
+use crate::time::Timestamp;
 use crate::tui::store::{List, Row, Store};
 
 /// Names the panes.
@@ -45,8 +46,8 @@ pub struct Traffic {
     pub columns: Columns,
     /// By which column rows are sorted, and whether the largest comes first.
     pub sorted_by: Option<(Column, bool)>,
-    /// The marked rows of each list.
-    marks: [BTreeSet<u64>; 2],
+    /// The marked rows of each list, with their times.
+    marks: [BTreeMap<u64, Option<Timestamp>>; 2],
     /// How much of the height the list gets, in percent.
     pub share: u16,
     /// How much of the width of the detail pane the tree gets, in percent.
@@ -69,7 +70,7 @@ impl Default for Traffic {
             byte: 0,
             columns: Columns::default(),
             sorted_by: None,
-            marks: [BTreeSet::new(), BTreeSet::new()],
+            marks: Default::default(),
             share: 60,
             tree_share: 50,
             left_at: 0,
@@ -226,24 +227,30 @@ impl Traffic {
         }
     }
 
-    fn marks_of(&self) -> &BTreeSet<u64> {
+    fn marks_of(&self) -> &BTreeMap<u64, Option<Timestamp>> {
         &self.marks[usize::from(self.list == List::Frames)] // two lists, two sets
     }
 
     /// Tells whether a row is marked.
     pub fn is_marked(&self, number: u64) -> bool {
-        self.marks_of().contains(&number)
+        self.marks_of().contains_key(&number)
+    }
+
+    /// Returns the times of all rows that are marked.
+    pub fn marked_times(&self) -> impl Iterator<Item = Timestamp> {
+        self.marks.iter().flat_map(|marks| marks.values().copied().flatten())
     }
 
     /// Marks the selected row, or takes its mark away; tells which.
-    pub fn toggle_mark(&mut self) -> Option<bool> {
+    pub fn toggle_mark(&mut self, store: &Store) -> Option<bool> {
         let number = self.selected?;
+        let time = self.row(store).and_then(Row::time);
         let marks = &mut self.marks[usize::from(self.list == List::Frames)]; // two lists, two sets
-        let is_new = marks.insert(number);
-        if !is_new {
-            marks.remove(&number);
+        if marks.remove(&number).is_some() {
+            return Some(false);
         }
-        Some(is_new)
+        marks.insert(number, time);
+        Some(true)
     }
 
     /// Selects the line of the tree that the selected byte belongs to, or the first byte of the selected line.

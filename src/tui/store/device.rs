@@ -3,12 +3,17 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
+use super::age;
 use super::pages::Pages;
 use crate::decode::transaction::Outcome;
 use crate::time::{SECOND, Span, Timestamp};
 
-/// How many points of a quantity are kept.
+/// How many points of a quantity are kept; then those of long ago are thinned.
 const MOST_POINTS: u64 = 8192;
+/// How many points of a quantity are never thinned.
+const LATEST_POINTS: usize = 32;
+/// How many buckets the points of a quantity have for each time their age doubles, when they are thinned.
+const PER_DOUBLING: u64 = 8;
 /// How many quantities, registers and settings a device can have.
 const MOST: usize = 256;
 /// How many changes of a setting are kept.
@@ -182,9 +187,24 @@ impl Device {
         (elapsed > 0).then(|| count as f64 / (elapsed as f64 / SECOND as f64))
     }
 
-    /// Forgets all but the latest points of each series.
-    pub(super) fn forget_points(&mut self, most: u64) {
-        self.quantities.iter_mut().for_each(|quantity| quantity.history.keep(most));
+    /// Keeps of the points of each series only the least and the most of stretches, the longer the longer ago.
+    pub(super) fn thin(&mut self) {
+        self.quantities.iter_mut().for_each(|quantity| thin(&mut quantity.history));
+    }
+
+    /// Returns about how many bytes its series and lists take.
+    pub(super) fn size(&self) -> usize {
+        let points = |quantity: &Quantity| {
+            size_of::<Quantity>() + quantity.history.len() * size_of::<Point>() + quantity.text.len() + 64
+        };
+        let changes = |setting: &Setting| {
+            size_of::<Setting>() + setting.changes.len() * (size_of::<Change>() + 32) + 64
+        };
+        let words = |register: &Register| size_of::<Register>() + register.words.len() + 16;
+        size_of::<Device>()
+            + self.quantities.iter().map(points).sum::<usize>()
+            + self.settings.iter().map(changes).sum::<usize>()
+            + self.registers.iter().map(words).sum::<usize>()
     }
 
     /// Takes note of a request.
@@ -246,7 +266,72 @@ impl Device {
 fn history(mut history: Pages<Point>, quantity: &Quantity) -> Pages<Point> {
     if let (Some(time), Some(value)) = (quantity.time, quantity.value) {
         history.push(Point { time, value });
-        history.keep(MOST_POINTS);
+        if history.len() as u64 > MOST_POINTS {
+            thin(&mut history);
+            history.keep(MOST_POINTS / 2);
+        }
     }
     history
+}
+
+/// Keeps the least and the most point of each bucket, and all of the latest.
+fn thin(history: &mut Pages<Point>) {
+    let Some(now) = history.last().map(|point| point.time.as_ns()) else { return };
+    let old = history.len().saturating_sub(LATEST_POINTS);
+    let mut kept: Vec<Point> = Vec::new();
+    let mut within = None;
+    // Where the bucket's points begin among those that are kept: at most two.
+    let mut begin = 0;
+    for (at, point) in history.iter().enumerate() {
+        let bucket = (at < old).then(|| age::bucket(point.time.as_ns(), now, PER_DOUBLING));
+        if bucket.is_none() || bucket != within {
+            (within, begin) = (bucket, kept.len());
+            kept.push(*point);
+            continue;
+        }
+        match kept[begin..] {
+            [one] if one.value != point.value => kept.push(*point),
+            [one, other] => {
+                let (least, most) = (one.value.min(other.value), one.value.max(other.value));
+                if point.value < least || point.value > most {
+                    // In the order of time: what stays is the other extreme.
+                    let is_new_least = point.value < least;
+                    kept[begin] = if (one.value <= other.value) == is_new_least { other } else { one };
+                    kept[begin + 1] = *point;
+                }
+            }
+            _ => {}
+        }
+    }
+    if kept.len() < history.len() {
+        history.replace(&kept);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_month_of_points_is_thinned_to_its_extremes_and_the_latest() {
+        let mut history = Pages::default();
+        let value = |second: i64| if second == 70_000 { 99.0 } else { (second % 10) as f64 };
+        for second in 0..100_000_i64 {
+            history.push(Point { time: Timestamp::from_ns(second * SECOND), value: value(second) });
+            if second % 1000 == 999 {
+                thin(&mut history);
+            }
+        }
+        assert!(history.len() < 400, "{}", history.len());
+        assert_eq!(history.total(), 100_000);
+        let points: Vec<_> = history.iter().collect();
+        assert!(points.windows(2).all(|pair| pair[0].time < pair[1].time));
+        assert!(points.iter().any(|point| point.value == 99.0), "the spike is still there");
+        let latest: Vec<_> = points.iter().rev().take(LATEST_POINTS).map(|point| point.value).collect();
+        assert_eq!(latest, (0..32).map(|ago| value(99_999 - ago)).collect::<Vec<_>>());
+        assert!(
+            points.iter().all(|point| point.value == value(point.time.as_ns() / SECOND)),
+            "all were measured"
+        );
+    }
 }

@@ -18,8 +18,8 @@ use crate::report::columns;
 use crate::report::words::{self, Labels};
 use crate::time::Timestamp;
 
-/// How many points of a series a checkpoint keeps at least.
-const LATEST_POINTS: u64 = 256;
+/// How many frames of a finding a checkpoint keeps.
+const LATEST_FRAMES: usize = 16;
 /// How many damaged runs wait for their transaction.
 const MOST_HELD: usize = 256;
 
@@ -139,8 +139,8 @@ impl Feed {
         }
     }
 
-    /// Returns a copy to go on from later: it knows all that this one knows, but for rows that are no longer open, and
-    /// all but the latest points of each series.
+    /// Returns a copy to go on from later: it knows all that this one knows, but for rows that are no longer open, most
+    /// frames of findings, and details of series that are long ago.
     ///
     /// `settled_frame` is as for [`Feed::settle`].
     pub fn checkpoint(&self, settled_frame: u64) -> Feed {
@@ -156,7 +156,9 @@ impl Feed {
         let held = self.held.iter().map(|(number, _)| *number).min().unwrap_or(u64::MAX);
         store.frames.forget_before(open.min(held));
         store.exchanges.forget_before(u64::MAX);
-        store.devices.iter_mut().for_each(|device| Arc::make_mut(device).forget_points(LATEST_POINTS));
+        store.devices.iter_mut().for_each(|device| Arc::make_mut(device).thin());
+        store.buses.iter_mut().for_each(|bus| Arc::make_mut(&mut Arc::make_mut(bus).health).thin());
+        store.findings.forget_frames(LATEST_FRAMES);
         copy
     }
 

@@ -63,6 +63,23 @@ impl Findings {
         }
     }
 
+    /// Forgets all but the latest frames of each.
+    pub(super) fn forget_frames(&mut self, most: usize) {
+        for found in self.list.iter_mut().filter(|found| found.finding.frames.len() > most) {
+            let frames = &mut Arc::make_mut(found).finding.frames;
+            frames.drain(..frames.len() - most);
+            frames.shrink_to_fit();
+        }
+    }
+
+    /// Returns about how many bytes they take.
+    pub(super) fn size(&self) -> usize {
+        let found = |found: &Arc<Found>| {
+            size_of::<Found>() + found.finding.message.len() + found.finding.frames.len() * 8 + 32
+        };
+        self.list.iter().map(found).sum()
+    }
+
     /// Returns the findings that a row shows.
     pub fn of_row(&self, row: &Row) -> impl Iterator<Item = &Finding> {
         let ids = match row {

@@ -1,25 +1,58 @@
 //! How a bus is: counts, a series of seconds, histograms.
 
+use super::age;
 use super::pages::Pages;
 use crate::decode::chunk::{LineErrorKind, LostKind};
 use crate::decode::frame::Reason;
 use crate::decode::transaction::Outcome;
 use crate::time::{SECOND, Timestamp};
 
-/// How many seconds are kept: a day.
-const MOST_SECONDS: u64 = 86_400;
+/// How many stretches are kept; then those of long ago are joined.
+const MOST_STRETCHES: usize = 8192;
+/// How many stretches there are for each time their age doubles, when they are joined.
+const PER_DOUBLING: u64 = 32;
 
-/// Is what happened within a second.
+/// Is what happened within a second, or, long ago, within some seconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Second {
-    /// Seconds since the Unix epoch.
+    /// When it began, in seconds since the Unix epoch.
     pub at: i64,
+    /// How many seconds it is long.
+    pub length: i64,
     /// How long bytes were on the wire, in nanoseconds.
     pub busy_ns: i64,
     /// Frames with a good CRC.
     pub frames: u32,
     /// Damaged runs, and requests without a good answer.
     pub errors: u32,
+}
+
+impl Second {
+    fn end(&self) -> i64 {
+        self.at.saturating_add(self.length)
+    }
+
+    /// Takes in the stretch that follows; silence between them belongs to both.
+    fn join(&mut self, next: &Second) {
+        self.length = next.end().saturating_sub(self.at);
+        self.busy_ns = self.busy_ns.saturating_add(next.busy_ns);
+        self.frames = self.frames.saturating_add(next.frames);
+        self.errors = self.errors.saturating_add(next.errors);
+    }
+
+    /// Adds the part of a stretch that lies within this one; all parts together are the stretch.
+    fn take(&mut self, other: &Second) {
+        let (from, to) = (self.at.max(other.at), self.end().min(other.end()));
+        let length = i128::from(other.length.max(1));
+        let part = |count: i64| {
+            let until = |at: i64| i128::from(count) * i128::from(at.saturating_sub(other.at)) / length;
+            i64::try_from(until(to) - until(from)).unwrap_or(0)
+        };
+        let few = |count: u32| u32::try_from(part(i64::from(count))).unwrap_or(0);
+        self.busy_ns = self.busy_ns.saturating_add(part(other.busy_ns));
+        self.frames = self.frames.saturating_add(few(other.frames));
+        self.errors = self.errors.saturating_add(few(other.errors));
+    }
 }
 
 /// Holds the counts and series of a bus.
@@ -92,8 +125,11 @@ impl Health {
     fn second(&mut self, time: Option<Timestamp>) -> Option<&mut Second> {
         let at = time?.as_ns().div_euclid(SECOND);
         if self.seconds.last().is_none_or(|last| last.at < at) {
-            self.seconds.push(Second { at, ..Second::default() });
-            self.seconds.keep(MOST_SECONDS);
+            self.seconds.push(Second { at, length: 1, ..Second::default() });
+            if self.seconds.len() > MOST_STRETCHES {
+                self.thin();
+                self.seconds.keep(MOST_STRETCHES as u64 / 2);
+            }
         }
         let before = |second: &Second| second.at > at;
         // What is decided late belongs to one of the last few seconds.
@@ -104,20 +140,44 @@ impl Health {
         self.seconds.get_mut(number)
     }
 
-    /// Sums up the seconds from `from` on, `step` seconds at a time, up to `until`; silent seconds count.
+    /// Joins seconds to longer stretches, the longer the longer ago.
+    pub(super) fn thin(&mut self) {
+        let Some(now) = self.seconds.last().map(|last| last.at) else { return };
+        let mut kept: Vec<Second> = Vec::new();
+        let mut within = None;
+        for second in self.seconds.iter() {
+            let bucket = age::bucket(second.at, now, PER_DOUBLING);
+            match kept.last_mut().filter(|_| within == Some(bucket)) {
+                Some(last) => last.join(second),
+                None => kept.push(*second),
+            }
+            within = Some(bucket);
+        }
+        self.seconds.replace(&kept);
+    }
+
+    /// Returns about how many bytes it takes.
+    pub(super) fn size(&self) -> usize {
+        size_of::<Health>() + self.seconds.len() * size_of::<Second>()
+    }
+
+    /// Sums up the seconds from `from` on, `step` seconds at a time, up to `until`; silent seconds count. What is known
+    /// only of a longer stretch is spread evenly over it.
     pub fn steps(&self, from: i64, step: i64, until: i64) -> Vec<Second> {
         let step = step.max(1);
         let count = usize::try_from(until.saturating_sub(from) / step).unwrap_or(0).min(10_000);
         let mut steps: Vec<Second> = (0..count)
-            .map(|index| Second { at: from.saturating_add(step * index as i64), ..Second::default() })
+            .map(|index| Second {
+                at: from.saturating_add(step * index as i64),
+                length: step,
+                ..Second::default()
+            })
             .collect();
-        for second in self.seconds.iter().rev().take_while(|second| second.at >= from) {
-            let index = usize::try_from((second.at - from) / step).unwrap_or(usize::MAX);
-            if let Some(sum) = steps.get_mut(index) {
-                sum.busy_ns = sum.busy_ns.saturating_add(second.busy_ns);
-                sum.frames = sum.frames.saturating_add(second.frames);
-                sum.errors = sum.errors.saturating_add(second.errors);
-            }
+        for second in self.seconds.iter().rev().take_while(|second| second.end() > from) {
+            let begin = second.at.max(from);
+            let first = usize::try_from((begin - from) / step).unwrap_or(usize::MAX);
+            let touched = steps.iter_mut().skip(first).take_while(|sum| sum.at < second.end());
+            touched.for_each(|sum| sum.take(second));
         }
         steps
     }
@@ -245,5 +305,22 @@ mod tests {
         let seen: Vec<_> = steps.iter().map(|step| (step.frames, step.errors)).collect();
         assert_eq!(seen, [(1, 1), (0, 0), (0, 0), (0, 1), (0, 0)]);
         assert_eq!(health.steps(100, 5, 105)[0].busy_ns, 16 * MILLISECOND);
+    }
+
+    #[test]
+    fn of_a_month_a_few_stretches_are_kept_and_nothing_is_lost_in_them() {
+        let mut health = Health::default();
+        let month = 30 * 86_400_i64;
+        for second in (0..month).step_by(7) {
+            health.run(Some(Timestamp::from_ns(second * SECOND)), 8, 7 * MILLISECOND, false);
+        }
+        health.thin();
+        assert!(health.seconds.len() < 600, "{}", health.seconds.len());
+        let frames: u32 = health.steps(0, 3600, month).iter().map(|step| step.frames).sum();
+        assert_eq!(i64::from(frames), (month + 6) / 7);
+        let hour = health.steps(86_400, 3600, 2 * 86_400);
+        assert!(hour.iter().all(|step| (500..530).contains(&step.frames)), "{hour:?}");
+        let minute = health.steps(month - 60, 1, month);
+        assert!(minute.iter().all(|step| step.frames <= 1), "the last minute is kept by the second");
     }
 }

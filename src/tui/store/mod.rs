@@ -8,6 +8,7 @@
 //! the latest it was given. A seek in a recording hands over a store as it was there; a frozen screen keeps the one it
 //! has. Rows have absolute numbers, which stay the same as old rows leave memory.
 
+mod age;
 mod device;
 mod feed;
 mod finding;
@@ -155,6 +156,14 @@ impl Store {
     /// Returns up to when everything is in here; `None` for traffic without times.
     pub fn now(&self) -> Option<Timestamp> {
         self.now
+    }
+
+    /// Returns about how many bytes of memory it takes.
+    pub fn size(&self) -> usize {
+        let rows = self.exchanges.size + self.frames.size;
+        let devices = self.devices.iter().map(|device| device.size()).sum::<usize>();
+        let buses = self.buses.iter().map(|bus| bus.health.size() + size_of::<Bus>()).sum::<usize>();
+        rows + devices + buses + self.findings.size()
     }
 
     /// Returns a count of what happened so far.

@@ -38,6 +38,11 @@ impl<T> Pages<T> {
         self.first..self.total
     }
 
+    /// Returns how many are kept.
+    pub fn len(&self) -> usize {
+        usize::try_from(self.total - self.first).unwrap_or(usize::MAX)
+    }
+
     /// Tells whether nothing is kept.
     pub fn is_empty(&self) -> bool {
         self.first == self.total
@@ -98,12 +103,14 @@ impl<T: Clone> Pages<T> {
     pub fn forget_before(&mut self, number: u64) {
         let number = number.clamp(self.first, self.total);
         let kept: Vec<T> = self.range(number..self.total).cloned().collect();
-        let pages = kept.chunks(PAGE).map(|page| {
-            let mut whole = Vec::with_capacity(PAGE);
-            whole.extend_from_slice(page);
-            Arc::new(whole)
-        });
-        *self = Pages { pages: pages.collect(), first: number, total: self.total };
+        self.replace(&kept);
+    }
+
+    /// Keeps these elements instead of all there are; they get the last numbers.
+    pub fn replace(&mut self, kept: &[T]) {
+        let total = self.total.max(kept.len() as u64);
+        let pages = kept.chunks(PAGE).map(|page| Arc::new(page.to_vec())).collect();
+        *self = Pages { pages, first: total - kept.len() as u64, total };
     }
 
     /// Returns an element to be changed; copies its page where others have it.

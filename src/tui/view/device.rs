@@ -17,10 +17,10 @@ use ratatui::layout::Rect;
 use super::devices::{identity, latest, short_value};
 use crate::decode::transaction::Outcome;
 use crate::report::TimeStyle;
-use crate::time::SECOND;
+use crate::time::{SECOND, Timestamp};
 use crate::tui::app::{App, DevicesState, PageItem};
 use crate::tui::store::{Device, Quantity, Register, Setting, Tone};
-use crate::tui::widget::bars::{resample, sparkline};
+use crate::tui::widget::bars::sparkline;
 use crate::tui::widget::chart::{Look, chart};
 use crate::tui::widget::text::{age, put, put_right, shade, thousands, width};
 
@@ -238,6 +238,14 @@ fn right(app: &App, device: &Device, item: Option<PageItem>, area: Rect, buffer:
     }
 }
 
+/// Returns over which times quantities are drawn, the same for all: what was chosen, but not before the first byte.
+fn span(app: &App) -> Option<(Timestamp, Timestamp)> {
+    let store = app.store();
+    let (begun, now) = (store.begun()?, store.now()?);
+    let from = if app.span_s > 0 { now - app.span_s.saturating_mul(SECOND) } else { begun };
+    Some((from.max(begun), now))
+}
+
 fn over_time(app: &App, quantity: &Quantity, area: Rect, buffer: &mut Buffer) {
     let theme = &app.theme;
     let is_percent = short_value(quantity).ends_with('%');
@@ -246,27 +254,20 @@ fn over_time(app: &App, quantity: &Quantity, area: Rect, buffer: &mut Buffer) {
     let unit = unit.map(|unit| format!(" in {unit}")).unwrap_or_default();
     let x = put(buffer, area, area.x + 1, area.y, &quantity.name, theme.accent);
     put(buffer, area, x, area.y, &unit, theme.dim);
-    let now = app.store().now();
-    let from = now.filter(|_| app.span_s > 0).map(|now| now - app.span_s.saturating_mul(SECOND));
-    let is_shown = |time| from.is_none_or(|from| time >= from);
-    let points: Vec<_> = quantity.history.iter().filter(|point| is_shown(point.time)).collect();
-    let (Some(first), Some(last)) = (points.first(), points.last()) else {
+    let Some((from, now)) = span(app) else {
+        put(buffer, area, area.x + 1, area.y + 1, "the input has no times", theme.dim);
+        return;
+    };
+    let length = (now - from).max(1) as f64;
+    let points = quantity.history.iter().filter(|point| (from..=now).contains(&point.time));
+    let placed: Vec<(f64, f64)> =
+        points.map(|point| ((point.time - from) as f64 / length, point.value * factor)).collect();
+    if placed.is_empty() {
         let text = "nothing was measured in this span";
         put(buffer, area, area.x + 1, area.y + 1, text, theme.dim);
         return;
-    };
-    let (first, last) = (first.time, last.time);
-    let span = (last - first).max(1) as f64;
-    let values: Vec<f64> = points.iter().map(|point| point.value * factor).collect();
-    // Every point has its time; where there are more than dots, their means are evenly spread.
-    let dots = usize::from(area.width) * 2;
-    let placed: Vec<(f64, f64)> = if points.len() <= dots {
-        points.iter().map(|point| ((point.time - first) as f64 / span, point.value * factor)).collect()
-    } else {
-        let means = resample(&values, dots);
-        means.iter().enumerate().map(|(at, value)| (at as f64 / (dots - 1) as f64, *value)).collect()
-    };
-    let labels = [first, last].map(|time| app.clock().of_day(time));
+    }
+    let labels = [from, now].map(|time| app.clock().of_day(time));
     let look = Look { line: theme.accent, label: theme.dim };
     let chart_area = Rect {
         x: area.x + 1,

@@ -24,6 +24,8 @@ use crate::tui::widget::text::{put, put_right, thousands, width};
 const UNKNOWN: &str = "┄";
 /// A place that was marked.
 const MARK: &str = "◆";
+/// What somebody noted.
+const NOTE: &str = "✎";
 /// Rows that pass the filter.
 const HIT: &str = "▪";
 /// The playhead.
@@ -88,6 +90,9 @@ impl Columns {
         let event = self.events.get(at)?;
         if self.marks.get(at) == Some(&true) {
             return Some((MARK, theme.accent));
+        }
+        if event.notes > 0 {
+            return Some((NOTE, theme.strong));
         }
         if self.hits.get(at).is_some_and(|hit| hit.matches > 0) {
             return Some((HIT, theme.accent));
@@ -179,7 +184,7 @@ fn way(replay: &Replay) -> Option<String> {
         Way::Place(place) => format!("→ {} {}", duration(*place), percent(*share)),
         Way::Rows => "→ …".to_owned(),
         Way::End => format!("→ the end {}", percent(*share)),
-        Way::Find(what, true) => format!("→ next {}", what.name()),
+        Way::Find(what, true) => format!("→ next {}, looked through {}", what.name(), percent(*share)),
         Way::Find(what, false) => format!("→ last {}", what.name()),
     })
 }
@@ -197,6 +202,10 @@ fn known(timeline: &Timeline) -> Vec<String> {
         let far = if share < 1.0 { format!(" in {}", percent(share)) } else { String::new() };
         parts.push(format!("{} pass{far}", thousands(hits.total(Sought::Match))));
     }
+    if let Some((words, until)) = timeline.words.as_ref().filter(|(_, until)| *until < timeline.decoded_ns) {
+        let share = *until as f64 / timeline.end().max(1) as f64;
+        parts.push(format!("{} found in {}", thousands(words.total(Sought::Words)), percent(share)));
+    }
     let count = |what: Sought, one: &str| match timeline.events.total(what) {
         0 => None,
         1 => Some(format!("1 {one}")),
@@ -204,6 +213,7 @@ fn known(timeline: &Timeline) -> Vec<String> {
     };
     parts.extend(count(Sought::Error, "error"));
     parts.extend(count(Sought::Finding, "finding"));
+    parts.extend(count(Sought::Note, "note"));
     parts
 }
 

@@ -51,16 +51,6 @@ pub fn sparkline(values: &[f64], columns: usize) -> String {
     kept.iter().map(bar).collect()
 }
 
-/// Brings a series of points to so many columns: the mean of those that fall together.
-pub fn resample(values: &[f64], columns: usize) -> Vec<f64> {
-    if values.len() <= columns || columns == 0 {
-        return values.to_vec();
-    }
-    let bound = |column: usize| column * values.len() / columns;
-    let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len().max(1) as f64;
-    (0..columns).map(|column| mean(&values[bound(column)..bound(column + 1)])).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -78,6 +68,5 @@ mod tests {
     fn a_sparkline_keeps_the_latest_and_shows_what_is_steady_in_the_middle() {
         assert_eq!(sparkline(&[9.0, 0.0, 1.0], 2), "▁█");
         assert_eq!(sparkline(&[5.0, 5.0], 9), "▄▄");
-        assert_eq!(resample(&[1.0, 3.0, 5.0, 7.0], 2), [2.0, 6.0]);
     }
 }

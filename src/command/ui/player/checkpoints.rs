@@ -4,10 +4,12 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use super::decoder::Decoder;
 use super::reel::Place;
-use crate::tui::timeline::Timeline;
+use crate::tui::timeline::{Series, Timeline};
 
 /// How many checkpoints are kept.
-const MOST: usize = 512;
+const MOST: usize = 2048;
+/// How much memory they take at most, in bytes, by estimate.
+const MOST_BYTES: usize = 64 << 20;
 /// How many bytes of buses lie between two at first.
 const LEAST: u64 = 16 * 1024;
 
@@ -20,15 +22,17 @@ pub(super) struct Checkpoint<'a> {
     pub(super) decoder: Decoder<'a>,
 }
 
-/// Holds checkpoints in order, ever further apart as there are more.
+/// Holds checkpoints in order, ever further apart as there are more, or as they are larger.
 pub(super) struct Checkpoints<'a> {
     list: Vec<Arc<Checkpoint<'a>>>,
     apart: u64,
+    /// How much memory they take, in bytes, by estimate.
+    size: usize,
 }
 
 impl Default for Checkpoints<'_> {
     fn default() -> Self {
-        Checkpoints { list: Vec::new(), apart: LEAST }
+        Checkpoints { list: Vec::new(), apart: LEAST, size: 0 }
     }
 }
 
@@ -40,13 +44,15 @@ impl<'a> Checkpoints<'a> {
 
     /// Adds the next one; keeps every other one when there are too many.
     pub(super) fn add(&mut self, checkpoint: Checkpoint<'a>) {
+        self.size = self.size.saturating_add(checkpoint.decoder.size());
         self.list.push(Arc::new(checkpoint));
-        if self.list.len() > MOST {
+        while self.list.len() > MOST || (self.size > MOST_BYTES && self.list.len() > 2) {
             let mut at = 0_usize;
             self.list.retain(|_| {
                 at += 1;
                 at % 2 == 1
             });
+            self.size = self.list.iter().map(|checkpoint| checkpoint.decoder.size()).sum();
             self.apart = self.apart.saturating_mul(2);
         }
     }
@@ -80,7 +86,7 @@ impl<'a> Checkpoints<'a> {
     /// Keeps one every so many bytes.
     #[cfg(test)]
     pub(super) fn every(apart: u64) -> Self {
-        Checkpoints { list: Vec::new(), apart }
+        Checkpoints { apart, ..Checkpoints::default() }
     }
 
     /// Returns how many there are.
@@ -90,6 +96,15 @@ impl<'a> Checkpoints<'a> {
     }
 }
 
+/// Names what is looked for in all of a recording.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Look {
+    /// What passes the filter.
+    Filter,
+    /// What has the words that are searched for.
+    Words,
+}
+
 /// Is what is known of the whole recording.
 #[derive(Default)]
 pub(super) struct Known<'a> {
@@ -97,25 +112,46 @@ pub(super) struct Known<'a> {
     pub(super) timeline: Timeline,
     /// Counts changes of the timeline.
     pub(super) version: u64,
-    /// Counts filters: who looks for an earlier one stops.
-    pub(super) look: u64,
+    /// Counts filters, and words: who looks for earlier ones stops.
+    looks: [u64; 2],
     /// Whether everybody is to stop.
     pub(super) is_over: bool,
 }
 
 impl Known<'_> {
-    /// Begins to look for another filter, or for none; returns its number.
-    pub(super) fn begin_look(&mut self, has_filter: bool) -> u64 {
-        self.look += 1;
-        self.version += 1;
-        self.timeline.hits = has_filter.then(Default::default);
-        self.look
+    fn look(&mut self, what: Look) -> (&mut u64, &mut Option<(Series, i64)>) {
+        let [filters, words] = &mut self.looks;
+        match what {
+            Look::Filter => (filters, &mut self.timeline.hits),
+            Look::Words => (words, &mut self.timeline.words),
+        }
     }
 
-    /// Tells whether a filter has not gone through all of the recording.
+    /// Begins to look for something else, or for nothing; returns its number.
+    pub(super) fn begin_look(&mut self, what: Look, is_any: bool) -> u64 {
+        self.version += 1;
+        let (number, hits) = self.look(what);
+        *number += 1;
+        *hits = is_any.then(Default::default);
+        *number
+    }
+
+    /// Tells what was found up to a place; tells whether that is still looked for.
+    pub(super) fn tell_look(&mut self, what: Look, number: u64, series: &Series, until: i64) -> bool {
+        let is_over = self.is_over;
+        let (known, hits) = self.look(what);
+        if *known != number || is_over {
+            return false;
+        }
+        *hits = Some((series.clone(), until));
+        self.version += 1;
+        true
+    }
+
+    /// Tells whether something was not looked for in all of the recording.
     pub(super) fn is_looking(&self) -> bool {
-        let until = self.timeline.hits.as_ref().map(|(_, until)| *until);
-        until.is_some_and(|until| until < self.timeline.decoded_ns)
+        let mut hits = [&self.timeline.hits, &self.timeline.words].into_iter().flatten();
+        hits.any(|(_, until)| *until < self.timeline.decoded_ns)
     }
 }
 

@@ -5,7 +5,6 @@ use std::sync::Arc;
 use super::super::super::failure::Failure;
 use super::super::super::live::facts;
 use super::super::super::session::{Origin, Session, Setup, Sink};
-use crate::analyze::filter::Filter;
 use crate::capture::Item;
 use crate::capture::mcap::BusSettings;
 use crate::decode::chunk::ReadTime;
@@ -13,8 +12,12 @@ use crate::line::LineSettings;
 use crate::pipeline::Event;
 use crate::report::words::Labels;
 use crate::time::Timestamp;
-use crate::tui::store::{Feed, List, RowSubject, Store, Tone};
+use crate::tui::sieve::Sieve;
+use crate::tui::store::{Feed, List, Store, Tone};
 use crate::tui::timeline::Bucket;
+
+/// About how many bytes of memory a session takes, with the place in the file: measured with three devices.
+const STATE_BYTES: usize = 16 << 10;
 
 /// Says how far a recording was decoded.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -38,7 +41,18 @@ pub(super) struct Decoder<'a> {
     /// What the last item came to.
     last: Bucket,
     /// What is looked for.
-    pub(super) filter: Option<Arc<Filter>>,
+    pub(super) watched: Watched,
+}
+
+/// Holds what rows are counted by.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Watched {
+    /// The filter that is looked for.
+    pub(super) filter: Option<Arc<Sieve>>,
+    /// The words that are searched for.
+    pub(super) words: Option<Arc<Sieve>>,
+    /// At what playing pauses.
+    pub(super) breaks: Option<Arc<Sieve>>,
 }
 
 /// Hands events to a feed.
@@ -68,7 +82,7 @@ impl<'a> Decoder<'a> {
             feed: Feed::new(labels),
             reached: Reached::default(),
             last: Bucket::default(),
-            filter: None,
+            watched: Watched::default(),
         }
     }
 
@@ -85,6 +99,11 @@ impl<'a> Decoder<'a> {
     /// Returns what is known here.
     pub(super) fn store(&self) -> &Store {
         self.feed.store()
+    }
+
+    /// Returns about how many bytes of memory a copy takes, where it is a checkpoint.
+    pub(super) fn size(&self) -> usize {
+        self.store().size().saturating_add(STATE_BYTES)
     }
 
     /// Returns what is known here, as it looks at a later time at which nothing has come yet.
@@ -149,6 +168,9 @@ impl<'a> Decoder<'a> {
         self.reached.origin = self.reached.origin.or(time);
         let elapsed_ns = self.elapsed_after(item);
         let before = self.counted();
+        if let Item::Note { time, text } = item {
+            self.feed.note(*time, text);
+        }
         let mut sink = Into(&mut self.feed);
         self.session.take(item, &mut sink)?;
         sink.pause(self.session.settled_frame_id(), false)?;
@@ -161,6 +183,7 @@ impl<'a> Decoder<'a> {
         self.reached.elapsed_ns = elapsed_ns;
         self.last = self.since(before);
         self.last.busy_ns = self.busy_ns(item);
+        self.last.notes = u64::from(matches!(item, Item::Note { .. }));
         Ok(())
     }
 
@@ -184,20 +207,32 @@ impl<'a> Decoder<'a> {
     fn since(&self, (rows, findings): (u64, u64)) -> Bucket {
         let store = self.store();
         let new = || store.list(List::Exchanges).range(rows..u64::MAX);
-        let passes = |filter: &Arc<Filter>| {
-            new().filter(|row| filter.matches(&RowSubject::new(store, row))).count() as u64
+        let count = |sieve: &Option<Arc<Sieve>>| {
+            let passing = |sieve: &Arc<Sieve>| new().filter(|row| sieve.passes(store, row)).count() as u64;
+            sieve.as_ref().map_or(0, passing)
         };
         Bucket {
             busy_ns: 0,
             errors: new().filter(|row| row.tone() >= Tone::Warn).count() as u64,
             findings: store.findings().total().saturating_sub(findings),
-            matches: self.filter.as_ref().map_or(0, passes),
+            matches: count(&self.watched.filter),
+            words: count(&self.watched.words),
+            breaks: count(&self.watched.breaks),
+            notes: 0,
         }
     }
 
     /// Forgets rows that nobody will look at.
     pub(super) fn forget(&mut self) {
         self.feed = self.feed.checkpoint(self.session.settled_frame_id());
+    }
+
+    /// Returns a copy to go on from later, in little memory.
+    pub(super) fn checkpoint(&self) -> Self {
+        let mut copy = self.clone();
+        copy.session.compact();
+        copy.forget();
+        copy
     }
 }
 
@@ -210,7 +245,7 @@ fn time_of(item: &Item<'_>) -> Option<Timestamp> {
         },
         Item::Lost { lost, .. } => lost.time,
         Item::Silence { until, .. } => Some(*until),
-        Item::Line(_) | Item::Clock { .. } => None,
+        Item::Line(_) | Item::Clock { .. } | Item::Note { .. } => None,
     }
 }
 

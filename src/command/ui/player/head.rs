@@ -11,6 +11,7 @@ use super::reel::{Advance, Reel};
 use crate::line::LineSettings;
 use crate::time::{SECOND, Timestamp};
 use crate::tui::app::replay::{Order, Replay, SPEEDS, Way};
+use crate::tui::sieve::Sieve;
 use crate::tui::store::{List, Store};
 use crate::tui::timeline::{Bucket, Series, Sought, Timeline};
 
@@ -134,8 +135,12 @@ impl<'a, 's> Head<'a, 's> {
                 return;
             }
             Order::Look(filter) => {
-                self.decoder.filter = filter.map(Arc::new);
+                self.decoder.watched.filter = filter.map(|filter| Arc::new(Sieve::Filter(filter)));
                 self.goal.take_if(|goal| matches!(goal, Goal::Find(find) if find.what == Sought::Match));
+                return;
+            }
+            Order::Break(filter) => {
+                self.decoder.watched.breaks = filter.map(|filter| Arc::new(Sieve::Filter(filter)));
                 return;
             }
             Order::Stay => {
@@ -146,6 +151,11 @@ impl<'a, 's> Head<'a, 's> {
             Order::Rows(list, count) if count < self.decoder.rows(list) => Goal::Back(list, count, None),
             Order::Rows(list, count) => Goal::Rows(list, count),
             Order::End => Goal::End,
+            Order::Words { sieve, is_forward, before } => {
+                self.is_playing = false;
+                self.decoder.watched.words = Some(Arc::new(sieve));
+                Goal::Find(Find::new(Sought::Words, is_forward, before, self))
+            }
             Order::Find { what, is_forward, before } => {
                 self.is_playing = false;
                 Goal::Find(Find::new(what, is_forward, before, self))
@@ -277,10 +287,10 @@ impl<'a, 's> Head<'a, 's> {
     }
 
     fn go_on_from(&mut self, nearest: &Checkpoint<'a>) -> Result<(), Failure> {
-        let filter = self.decoder.filter.take();
+        let watched = std::mem::take(&mut self.decoder.watched);
         self.reel.go(&nearest.place)?;
         self.decoder = nearest.decoder.clone();
-        self.decoder.filter = filter;
+        self.decoder.watched = watched;
         (self.is_pending, self.is_over, self.change) = (false, false, Change::Replaced);
         Ok(())
     }
@@ -326,15 +336,23 @@ impl<'a, 's> Head<'a, 's> {
         let ahead = (now - since) as f64 * self.speed;
         let target = from.saturating_add(ahead.clamp(0.0, i64::MAX as f64) as i64);
         let items = self.decoder.reached().items;
-        let stop = self.run(more, |_, next| next > target)?;
+        let mut is_break = false;
+        let stop = self.run(more, |head, next| {
+            is_break = head.decoder.reached().items > items && head.decoder.last().breaks > 0;
+            is_break || next > target
+        })?;
+        // The last item of all is followed by none that could ask.
+        is_break |=
+            stop == Stop::Over && self.decoder.reached().items > items && self.decoder.last().breaks > 0;
         if self.decoder.reached().items > items || stop == Stop::Over {
             self.change = self.change.max_of(Change::Grown);
         }
         self.playhead = match stop {
-            Stop::Reached => target,
+            Stop::Reached if !is_break => target,
             _ => self.decoder.reached().elapsed_ns,
         };
         match stop {
+            _ if is_break => self.is_playing = false,
             Stop::Over => {
                 self.is_playing = false;
                 self.said = Some("the recording ends here".to_owned());
@@ -402,11 +420,12 @@ impl<'a, 's> Head<'a, 's> {
         let known = self.shared.lock();
         let timeline = &known.timeline;
         match what {
-            Sought::Match => {
-                let (series, until) = timeline.hits.as_ref()?;
+            Sought::Match | Sought::Words => {
+                let hits = if what == Sought::Match { &timeline.hits } else { &timeline.words };
+                let (series, until) = hits.as_ref()?;
                 Some(look(series, *until, timeline.is_complete && *until >= timeline.decoded_ns))
             }
-            Sought::Error | Sought::Finding => {
+            Sought::Error | Sought::Finding | Sought::Note => {
                 Some(look(&timeline.events, timeline.decoded_ns, timeline.is_complete))
             }
         }
@@ -440,7 +459,15 @@ impl<'a, 's> Head<'a, 's> {
             Goal::Place(place) => (Way::Place(*place), share(*place)),
             Goal::End => (Way::End, share(timeline.end())),
             Goal::Rows(..) | Goal::Back(..) | Goal::Items(_) => (Way::Rows, 0.0),
-            Goal::Find(find) => (Way::Find(find.what, find.is_forward), timeline.share),
+            Goal::Find(find) => {
+                let hits = match find.what {
+                    Sought::Match => timeline.hits.as_ref(),
+                    Sought::Words => timeline.words.as_ref(),
+                    Sought::Error | Sought::Finding | Sought::Note => None,
+                };
+                let until = hits.map_or(timeline.decoded_ns, |(_, until)| *until);
+                (Way::Find(find.what, find.is_forward), until as f64 / timeline.end().max(1) as f64)
+            }
         });
         Replay {
             timeline,

@@ -27,6 +27,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::{Builder, Scope, scope};
 use std::time::{Duration, Instant};
 
+use super::super::export;
 use super::super::failure::Failure;
 use super::super::session::Setup;
 use super::{Teller, Word};
@@ -37,8 +38,9 @@ use crate::report::words::Labels;
 use crate::source::Clock;
 use crate::tui::app::replay::Order;
 use crate::tui::app::{App, Effect, Options};
+use crate::tui::sieve::Sieve;
 use crate::tui::store::Tone;
-use checkpoints::Shared;
+use checkpoints::{Look, Shared};
 use decoder::Decoder;
 use head::{Change, Head};
 use reel::{Reel, Tracks};
@@ -131,8 +133,9 @@ fn outside(
             let is_sent = orders.send(order).is_ok();
             (!is_sent).then(|| (Tone::Bad, "the recording cannot be read on".to_owned()))
         }
-        Effect::Export { filter, path } => {
-            Some(super::session::export_part(paths.to_vec(), filter, path, equipment.clone()))
+        Effect::Export { filter, path, marks } => {
+            let args = export::of(paths.to_vec(), filter, path.into(), equipment.clone(), marks);
+            Some(super::session::start_export(args))
         }
         Effect::Note(..) => Some((Tone::Info, "notes are taken while a bus is live".to_owned())),
         _ => None,
@@ -168,13 +171,17 @@ fn play<'scope, 'a: 'scope, 's: 'scope>(
         match orders.recv_timeout(wait) {
             Ok(order) => {
                 for order in std::iter::once(order).chain(orders.try_iter()) {
-                    if let Order::Look(filter) = &order {
-                        let number = stage.shared.lock().begin_look(filter.is_some());
+                    if let Some((what, sieve)) = sought(&order, &head) {
+                        let number = stage.shared.lock().begin_look(what, sieve.is_some());
                         let mut decoder = stage.decoder();
-                        decoder.filter = filter.clone().map(Arc::new);
-                        if filter.is_some() {
+                        match what {
+                            Look::Filter => decoder.watched.filter = sieve.map(Arc::new),
+                            Look::Words => decoder.watched.words = sieve.map(Arc::new),
+                        }
+                        let watches = decoder.watched.filter.is_some() || decoder.watched.words.is_some();
+                        if watches {
                             start(scope, "look", teller, move || {
-                                scan::look(stage.tracks, decoder, stage.shared, stage.line, number)
+                                scan::look(stage.tracks, decoder, stage.shared, stage.line, (what, number))
                             });
                         }
                     }
@@ -187,6 +194,17 @@ fn play<'scope, 'a: 'scope, 's: 'scope>(
         let begun = now();
         is_waiting = head.work(clock.realtime(), &mut || begun.elapsed() < SLICE)?;
         show(&mut head, teller);
+    }
+}
+
+/// Returns what an order looks for in all of the recording, if that is something else than before.
+fn sought(order: &Order, head: &Head<'_, '_>) -> Option<(Look, Option<Sieve>)> {
+    match order {
+        Order::Look(filter) => Some((Look::Filter, filter.clone().map(Sieve::Filter))),
+        Order::Words { sieve, .. } if head.decoder.watched.words.as_deref() != Some(sieve) => {
+            Some((Look::Words, Some(sieve.clone())))
+        }
+        _ => None,
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::super::super::bus;
 use super::super::super::failure::Failure;
-use super::checkpoints::{Checkpoint, Shared};
+use super::checkpoints::{Checkpoint, Look, Shared};
 use super::decoder::Decoder;
 use super::reel::{Advance, Reel, Tracks};
 use crate::line::LineSettings;
@@ -90,8 +90,9 @@ pub(super) fn scan<'a>(
             && let Some(place) = pass.reel.place()
         {
             pass.decoder.forget();
+            let decoder = pass.decoder.checkpoint();
             let mut known = pass.shared.lock();
-            known.checkpoints.add(Checkpoint { place, decoder: pass.decoder.clone() });
+            known.checkpoints.add(Checkpoint { place, decoder });
             due = known.checkpoints.due();
         }
         !is_time || publish(pass)
@@ -119,7 +120,7 @@ fn publish(pass: &mut Pass<'_, '_>) -> bool {
     !known.is_over
 }
 
-/// Decodes a recording, and counts what passes the filter of the decoder, as long as nobody looks for another.
+/// Decodes a recording, and counts what the decoder watches for, as long as nobody looks for something else.
 ///
 /// # Errors
 /// When it cannot be read on.
@@ -128,17 +129,12 @@ pub(super) fn look<'a>(
     decoder: Decoder<'a>,
     shared: &Shared<'a>,
     line: LineSettings,
-    number: u64,
+    (what, number): (Look, u64),
 ) -> Result<(), Failure> {
     let mut pass = Pass::new(tracks, decoder, shared)?;
     let tell = |pass: &mut Pass<'_, '_>| {
-        let mut known = pass.shared.lock();
-        let is_wanted = known.look == number && !known.is_over;
-        if is_wanted {
-            known.version += 1;
-            known.timeline.hits = Some((pass.series.clone(), pass.decoder.reached().elapsed_ns));
-        }
-        is_wanted
+        let until = pass.decoder.reached().elapsed_ns;
+        pass.shared.lock().tell_look(what, number, &pass.series, until)
     };
     pass.run(line, |pass, is_time| {
         if !is_time {

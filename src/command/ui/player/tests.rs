@@ -3,12 +3,13 @@ use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
 use super::super::super::session::Setup;
-use super::checkpoints::{Checkpoints, Shared};
+use super::checkpoints::{Checkpoints, Look, Shared};
 use super::decoder::Decoder;
 use super::head::{Change, Head};
 use super::reel::{Advance, Reel, Tracks};
 use super::scan::{look, scan};
 use crate::analyze::filter::Filter;
+use crate::capture::Item;
 use crate::capture::mcap::{BusSettings, Options, Recorder};
 use crate::decode::chunk::{Chunk, ReadTime};
 use crate::line::LineSettings;
@@ -16,7 +17,8 @@ use crate::report::words::Labels;
 use crate::simulate::{Adapter, Config, Scenario, Simulation};
 use crate::time::{SECOND, Timestamp};
 use crate::tui::app::replay::Order;
-use crate::tui::store::{List, Store, Tone};
+use crate::tui::sieve::Sieve;
+use crate::tui::store::{List, Row, Store, Tone};
 use crate::tui::timeline::Sought;
 
 /// Writes a recording of a bus with much wrong, a chunk of the file for each second of it.
@@ -112,10 +114,21 @@ fn go(head: &mut Head<'_, '_>, order: Order) {
     settle(head);
 }
 
-/// Writes all that is known but for old rows and old points: rows from `from` on.
+/// Writes all that is known but for what is long ago: rows from `from` on, the last half minute of series.
 fn told(store: &Store, from: [u64; 2]) -> String {
-    let mut text = format!("{:?} {:?} {:?}\n", store.begun(), store.now(), store.findings());
+    let mut text = format!("{:?} {:?} {:?}\n", store.begun(), store.now(), store.findings().total());
+    for found in store.findings().list() {
+        let mut finding = found.finding.clone();
+        finding.frames.drain(..finding.frames.len().saturating_sub(16));
+        text.push_str(&format!("{finding:?}\n"));
+    }
     for bus in store.buses() {
+        let mut bus = (**bus).clone();
+        let mut health = (*bus.health).clone();
+        let until = health.seconds.last().map_or(0, |last| last.at + 1);
+        text.push_str(&format!("{:?}\n", health.steps(until - 30, 1, until)));
+        health.seconds = Default::default();
+        bus.health = health.into();
         text.push_str(&format!("{bus:?}\n"));
     }
     for device in store.devices() {
@@ -316,10 +329,10 @@ fn a_filter_is_looked_for_in_all_of_the_recording() {
     let stage = Stage::new(paths, false);
     let shared = stage.scanned(256);
     let filter = Filter::parse("outcome == damaged").expect("a filter");
-    let number = shared.lock().begin_look(true);
+    let number = shared.lock().begin_look(Look::Filter, true);
     let mut decoder = stage.decoder();
-    decoder.filter = Some(filter.clone().into());
-    look(&stage.tracks, decoder, &shared, stage.line(), number).expect("a recording");
+    decoder.watched.filter = Some(Sieve::Filter(filter.clone()).into());
+    look(&stage.tracks, decoder, &shared, stage.line(), (Look::Filter, number)).expect("a recording");
     let all = stage.run(|_, _| false);
     let passing = all
         .store()
@@ -343,11 +356,11 @@ fn who_looks_for_another_filter_stops_the_one_before() {
     let (_directory, paths) = one_part();
     let stage = Stage::new(paths, false);
     let shared = stage.scanned(1024);
-    let first = shared.lock().begin_look(true);
-    shared.lock().begin_look(true);
+    let first = shared.lock().begin_look(Look::Filter, true);
+    shared.lock().begin_look(Look::Filter, true);
     let mut decoder = stage.decoder();
-    decoder.filter = Some(Filter::parse("addr == 1").expect("a filter").into());
-    look(&stage.tracks, decoder, &shared, stage.line(), first).expect("a recording");
+    decoder.watched.filter = Some(Sieve::Filter(Filter::parse("addr == 1").expect("a filter")).into());
+    look(&stage.tracks, decoder, &shared, stage.line(), (Look::Filter, first)).expect("a recording");
     assert_eq!(shared.lock().timeline.hits.clone().expect("begun").0.total(Sought::Match), 0);
 }
 
@@ -404,8 +417,98 @@ fn checkpoints_stay_few_and_reach_to_the_end() {
     let stage = Stage::new(paths, false);
     let shared = stage.scanned(1);
     let known = shared.lock();
-    assert!(known.checkpoints.len() <= 512);
+    assert!(known.checkpoints.len() <= 2048);
     let last = known.checkpoints.last(|_| true).expect("the last one");
     assert!(last.decoder.store().list(List::Frames).kept().count() < 64, "rows are decoded again");
     assert!(known.timeline.end() - last.decoder.reached().elapsed_ns < known.timeline.end() / 20);
+}
+
+/// Writes a recording with notes after two of its reads, as a live session does.
+fn with_notes() -> (TempDir, Vec<PathBuf>) {
+    let directory = tempfile::tempdir().expect("a directory");
+    let mut journal =
+        crate::command::journal::Journal::create(&directory.path().join("a.mcap"), Options::default())
+            .expect("a disk that works");
+    let (line, scenario) = (LineSettings::default(), Scenario::named("clean").expect("a scenario"));
+    let settings = BusSettings { name: "bus0".into(), line, ..BusSettings::default() };
+    journal.begin(settings).expect("a disk that works");
+    let config = Config { seed: 3, frames: 400, line, adapter: Adapter::Ftdi16, scenario };
+    for (at, read) in Simulation::new(config).enumerate() {
+        let chunk =
+            Chunk { time: ReadTime::At(read.time), bytes: &read.bytes, line_errors: &read.line_errors };
+        journal.item(&Item::Chunk { bus: "bus0", chunk, ready: None }).expect("a disk that works");
+        journal.recorder().tick(read.time).expect("a disk that works");
+        if at == 100 || at == 300 {
+            let text = format!("after read {at}");
+            journal.item(&Item::Note { time: Some(read.time), text: &text }).expect("a disk that works");
+        }
+    }
+    let paths = journal.finish("finished").expect("a disk that works");
+    (directory, paths)
+}
+
+#[test]
+fn what_was_noted_is_a_row_on_the_timeline_and_to_be_gone_to() {
+    let (_directory, paths) = with_notes();
+    let stage = Stage::new(paths, false);
+    let shared = stage.scanned(256);
+    assert_eq!(shared.lock().timeline.events.total(Sought::Note), 2);
+    let mut head = stage.head(&shared);
+    go(&mut head, Order::Place(0));
+    for at in [100, 300] {
+        go(&mut head, Order::Find { what: Sought::Note, is_forward: true, before: None });
+        let last = head.decoder.store().list(List::Frames).last().cloned().expect("a row");
+        let Row::Remark(remark) = last else { panic!("{last:?}") };
+        assert_eq!(&*remark.text, format!("after read {at}"));
+    }
+    go(&mut head, Order::Find { what: Sought::Note, is_forward: true, before: None });
+    assert_eq!(head.take_said().as_deref(), Some("there is no note after this"));
+}
+
+#[test]
+fn words_are_looked_for_beyond_the_rows_in_memory() {
+    let (_directory, paths) = with_notes();
+    let stage = Stage::new(paths, false);
+    let shared = stage.scanned(256);
+    let sieve = Sieve::words("After READ 300");
+    let number = shared.lock().begin_look(Look::Words, true);
+    let mut decoder = stage.decoder();
+    decoder.watched.words = Some(sieve.clone().into());
+    look(&stage.tracks, decoder, &shared, stage.line(), (Look::Words, number)).expect("a recording");
+    assert_eq!(shared.lock().timeline.words.as_ref().map(|(words, _)| words.total(Sought::Words)), Some(1));
+    let mut head = stage.head(&shared);
+    go(&mut head, Order::Place(0));
+    go(&mut head, Order::Words { sieve: sieve.clone(), is_forward: true, before: None });
+    let found = head.decoder.reached().items;
+    go(&mut head, Order::End);
+    go(&mut head, Order::Words { sieve, is_forward: false, before: None });
+    assert_eq!(head.decoder.reached().items, found);
+}
+
+#[test]
+fn playing_pauses_at_the_row_that_passes() {
+    let (_directory, paths) = one_part();
+    let stage = Stage::new(paths, false);
+    let shared = stage.scanned(256);
+    let filter = Filter::parse("outcome == damaged").expect("a filter");
+    let mut head = stage.head(&shared);
+    go(&mut head, Order::Place(0));
+    let before = head.decoder.reached().items;
+    let first = stage.run(|decoder, _| {
+        let rows = decoder.store().list(List::Exchanges);
+        let passes = |row: &Row| filter.matches(&crate::tui::store::RowSubject::new(decoder.store(), row));
+        decoder.reached().items > before && rows.last().is_some_and(passes)
+    });
+    head.order(Order::Break(Some(filter.clone())));
+    head.order(Order::Speed(1000.0));
+    head.order(Order::Play);
+    for second in 0..100 {
+        head.work(NOW + second * SECOND, &mut || true).expect("a recording");
+    }
+    assert_eq!(head.decoder.reached().items, first.reached().items);
+    assert!(!head.state().is_playing);
+    head.order(Order::Play);
+    head.work(NOW, &mut || true).expect("a recording");
+    head.work(NOW + SECOND, &mut || true).expect("a recording");
+    assert!(head.decoder.reached().items > first.reached().items, "it can be played on from there");
 }
