@@ -165,7 +165,10 @@ mod tests {
         one("D06", &["read at most 0.52 s after the start", "read at most 11.5 s after the start"]);
         one("L01", &["2.10 ms ±0.30 ms of silence before byte 4", "12 ms ±1.55 ms of silence before byte 4"]);
         one("T06", &["FC03 0x0900 was sent 3 times in a row", "FC03 0x0900 was sent 4 times in a row"]);
-        one("D10", &["wrote k 1; k 2 was known before (frame 3)", "wrote k 1; k 2 was known before (frame 13)"]);
+        one(
+            "D10",
+            &["wrote k 1; k 2 was known before (frame 3)", "wrote k 1; k 2 was known before (frame 13)"],
+        );
         for (code, one, other) in [
             ("D10", "set-calibration wrote k 1, b 0", "set-calibration wrote k 1.5, b 0"),
             ("D11", "wrote k 0", "wrote k -0"),
