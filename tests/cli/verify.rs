@@ -58,6 +58,16 @@ fn the_exit_status_tells_what_was_found() {
 }
 
 #[test]
+fn bytes_without_a_single_good_frame_are_an_error_of_the_line() {
+    let noise = "# line 9600-8N1\n2026-01-01T00:00:00.010Z 81 43 09 10 22 87 07 95 31 33\n";
+    let output = rtutap(&["verify", "-", "--format", "json"]).write_stdin(noise).assert().code(1);
+    let text = String::from_utf8_lossy(&output.get_output().stdout).into_owned();
+    assert!(text.contains("\"code\":\"L04\"") && text.contains("is probably not 9600-8N1"), "{text}");
+    let good = rtutap(&["verify", "-", "--format", "json"]).write_stdin(GOOD).assert().code(0);
+    good.stdout(predicate::str::contains("L04").not());
+}
+
+#[test]
 fn findings_are_folded_in_json_lines_and_single_in_decode() {
     let output = rtutap(&["verify", "-", "--format", "json"]).write_stdin(MISTAKE).assert().code(1);
     let text = String::from_utf8(output.get_output().stdout.clone()).expect("UTF-8");
@@ -164,6 +174,13 @@ fn a_master_keeps_its_own_plan_and_another_does_not() {
     for code in ["P02", "P03", "P04", "P05", "P06"] {
         assert!(other.contains(code), "{code} in {other:?}");
     }
+}
+
+#[test]
+fn a_plan_of_nothing_is_refused() {
+    let noise = "# line 9600-8N1\n2026-01-01T00:00:00.010Z 81 43 09 10 22 87 07 95 31 33\n";
+    let said = predicate::str::contains("no request was heard in -: there is nothing to plan");
+    rtutap(&["info", "--plan", "-"]).write_stdin(noise).assert().code(2).stdout("").stderr(said);
 }
 
 #[test]
