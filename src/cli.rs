@@ -301,7 +301,7 @@ pub struct Bus {
 }
 
 /// Holds what is known of devices and water.
-#[derive(Clone, Debug, Args)]
+#[derive(Clone, Debug, Default, Args)]
 pub struct Equipment {
     /// Say what device is at an address, such as 3=yosemitech-do; may be repeated
     #[arg(long = "device", value_name = "ADDRESS=PROFILE", value_parser = assignment)]

@@ -27,7 +27,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "pipeline",
         ],
     ),
-    ("tui", &["time", "line", "decode", "device", "analyze", "pipeline", "report"]),
+    ("tui", &["time", "line", "decode", "device", "analyze", "pipeline", "report", "section"]),
     ("cli", &["time", "line", "analyze::verify", "capture", "report", "simulate", "source"]),
     ("config", &["time", "line", "analyze::verify", "cli", "section", "tui"]),
     ("command", EVERYTHING),

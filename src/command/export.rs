@@ -1,6 +1,8 @@
 //! `rtutap export`: writes a recording in another format.
 
 mod survey;
+#[cfg(test)]
+mod tests;
 mod writer;
 
 use std::path::{Path, PathBuf};

@@ -539,3 +539,11 @@ fn every_action_has_its_test() {
     }
     assert_eq!(Action::named("quit"), Some(Action::Quit));
 }
+
+#[test]
+fn a_field_that_no_profile_has_is_told_with_the_nearest() {
+    let mut session = session();
+    filter(&mut session, "temperatur > 20");
+    let said = session.app.said().map(|(_, text)| text.to_owned()).unwrap_or_default();
+    assert!(said.contains("no profile has a field 'temperatur'; did you mean 'temperature'?"), "{said}");
+}

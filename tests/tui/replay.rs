@@ -322,3 +322,29 @@ fn notes_are_on_the_timeline_and_to_be_gone_to() {
     let find = |is_forward, before| Order::Find { what: Sought::Note, is_forward, before };
     assert_eq!(order(session.press("'")), find(true, None));
 }
+
+#[test]
+fn who_moves_the_playhead_sees_the_row_at_it() {
+    for key in [".", ",", "}", "{", ")", "("] {
+        let mut session = session(80, 24, |_| {});
+        session.press("home");
+        assert!(!session.app.traffic.is_following);
+        session.press(key);
+        assert!(session.app.traffic.is_following, "{key}");
+    }
+}
+
+#[test]
+fn what_does_not_fit_into_health_is_scrolled_to() {
+    let mut session = session(40, 12, |_| {});
+    session.press("3");
+    let first = session.screen();
+    assert!(first.contains(" below") && !first.contains("adapter keeps"), "{first}");
+    session.press("end");
+    let last = session.screen();
+    assert!(last.contains("adapter keeps") && !last.contains(" below"), "{last}");
+    session.press("up");
+    assert!(session.screen().contains("1 below"));
+    session.press("home");
+    assert_eq!(session.screen(), first);
+}

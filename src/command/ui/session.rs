@@ -16,7 +16,7 @@ use crate::cli;
 use crate::report::words::Labels;
 use crate::source::Clock;
 use crate::time::SECOND;
-use crate::tui::app::{App, Effect, Options};
+use crate::tui::app::{self, App, Effect, Options};
 use crate::tui::store::Tone;
 
 /// Says what to show of a live session.
@@ -105,8 +105,7 @@ fn outside(
             let Some(recording) = &app.recording else {
                 return Some((Tone::Warn, "nothing is recorded that could be exported".to_owned()));
             };
-            let parts = recording.earlier.iter().chain([&recording.file]).filter_map(|file| there(file));
-            let args = export::of(parts.collect(), filter, PathBuf::from(path), equipment.clone(), marks);
+            let args = export::of(parts(recording), filter, path.into(), equipment.clone(), marks);
             return Some(start_export(args));
         }
         _ => return None,
@@ -114,10 +113,13 @@ fn outside(
     (!is_sent).then(|| (Tone::Bad, "the session has ended".to_owned()))
 }
 
-/// Returns where a part of a recording is: one that is finished has lost its `.part`, an old one may be gone.
-fn there(file: &str) -> Option<PathBuf> {
-    let names = [Some(file), file.strip_suffix(".part")];
-    names.into_iter().flatten().map(PathBuf::from).find(|path| path.exists())
+/// Returns the files of a recording: one that is finished has lost its `.part`, an old one may be gone.
+fn parts(recording: &app::Recording) -> Vec<PathBuf> {
+    let there = |file: &String| {
+        let names = [Some(&**file), file.strip_suffix(".part")];
+        names.into_iter().flatten().map(PathBuf::from).find(|path| path.exists())
+    };
+    recording.earlier.iter().chain([&recording.file]).filter_map(there).collect()
 }
 
 /// Exports while the screen goes on; returns what to say about it.
@@ -130,5 +132,27 @@ pub(in crate::command) fn start_export(args: cli::Export) -> (Tone, String) {
     match started {
         Ok(_) => (Tone::Info, format!("exporting to '{path}'")),
         Err(error) => (Tone::Bad, format!("cannot start a thread: {error}")),
+    }
+}
+
+#[cfg(test)]
+#[expect(clippy::disallowed_methods, reason = "recordings are files")]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_parts_of_a_recording_that_are_there_are_exported() {
+        let directory = tempfile::tempdir().expect("a directory");
+        let path = |name: &str| directory.path().join(name);
+        let said = |name: &str| path(name).display().to_string();
+        let mut recording = app::Recording { file: said("1.mcap.part"), ..app::Recording::default() };
+        for name in ["2.mcap.part", "2.mcap.part", "3.mcap.part"] {
+            recording.go_on(said(name));
+        }
+        // The first was dropped to make room, the second is finished, the third is being written.
+        for name in ["2.mcap", "3.mcap.part"] {
+            std::fs::write(path(name), "").expect("a disk that works");
+        }
+        assert_eq!(parts(&recording), [path("2.mcap"), path("3.mcap.part")]);
     }
 }

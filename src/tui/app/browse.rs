@@ -143,8 +143,14 @@ impl App {
     pub(super) fn act_in_health(&mut self, action: Action) {
         let count = self.store.buses().len().max(1);
         match action {
-            Action::Left | Action::Up => self.bus = (self.bus + count - 1) % count,
-            Action::Right | Action::Down => self.bus = (self.bus + 1) % count,
+            Action::Left => self.bus = (self.bus + count - 1) % count,
+            Action::Right => self.bus = (self.bus + 1) % count,
+            Action::Up => self.health_from = self.health_from.saturating_sub(1),
+            Action::Down => self.health_from = self.health_from.saturating_add(1),
+            Action::PageUp => self.health_from = self.health_from.saturating_sub(10),
+            Action::PageDown => self.health_from = self.health_from.saturating_add(10),
+            Action::Top => self.health_from = 0,
+            Action::Bottom => self.health_from = u16::MAX,
             Action::Zoom => self.turn_span(),
             _ => {}
         }

@@ -21,6 +21,7 @@ use super::keymap::{Key, Keymap};
 use super::layout::{self, Regions};
 use super::store::{List, RowSubject, Store, Tone};
 use super::theme::Theme;
+use super::view;
 use crate::analyze::filter::{Filter, Vocabulary};
 use crate::report::{Clock, TimeStyle};
 use crate::time::{SECOND, Timestamp};
@@ -56,6 +57,8 @@ pub struct App {
     pub devices: DevicesState,
     /// The bus whose health is shown.
     pub bus: usize,
+    /// The first line of the health view that is shown, where not all fit.
+    pub health_from: u16,
     /// Over how many seconds series are drawn; 0 over all.
     pub span_s: i64,
     /// The selected finding.
@@ -110,6 +113,7 @@ impl App {
             traffic: Traffic::default(),
             devices: DevicesState::default(),
             bus: 0,
+            health_from: 0,
             span_s: 60,
             finding: 0,
             filter: options.filter,
@@ -242,6 +246,9 @@ impl App {
         let height = self.regions().rows();
         self.traffic.settle(&self.store, height);
         self.bus = self.bus.min(self.store.buses().len().saturating_sub(1));
+        if self.view == View::Health {
+            self.health_from = self.health_from.min(view::health_rest(self, self.regions().body));
+        }
         self.finding = self.finding.min(self.store.findings().list().len().saturating_sub(1));
         self.devices.settle(&self.store);
     }

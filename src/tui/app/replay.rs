@@ -180,6 +180,20 @@ impl App {
             _ => None,
         };
         let effect = self.effect(order);
+        // Who moves the playhead wants to see what is there, wherever in the rows one was.
+        let moves_playhead = matches!(
+            action,
+            Action::StepForward
+                | Action::StepBack
+                | Action::SeekForward
+                | Action::SeekBack
+                | Action::SeekBegin
+                | Action::SeekEnd
+        );
+        if moves_playhead && self.view == View::Traffic {
+            let height = self.page();
+            self.traffic.follow(&self.store, height);
+        }
         if let Some(step) = step.filter(|_| !self.traffic.is_following && self.filter.is_none()) {
             self.deck.awaited = Some(Awaited::Step(step));
         }

@@ -5,6 +5,7 @@ use super::replay::Order;
 use super::traffic::Pane;
 use super::{App, Effect, View};
 use crate::analyze::filter::{Filter, Vocabulary};
+use crate::section::nearest;
 use crate::time::SECOND;
 use crate::tui::sieve::Sieve;
 use crate::tui::store::{List, Row, RowSubject, Tone};
@@ -49,7 +50,10 @@ impl App {
         let text = prompt.text().trim().to_owned();
         prompt::remember(&mut self.history[usize::from(!prompt.ask.is_filter())], &text);
         match prompt.ask {
-            Ask::Filter => self.set_filter(Filter::parse(&text).ok().filter(|_| !text.is_empty())),
+            Ask::Filter => {
+                self.set_filter(Filter::parse(&text).ok().filter(|_| !text.is_empty()));
+                self.warn_of_unknown_fields(self.filter.clone());
+            }
             Ask::Break => {
                 self.breaks_on = Filter::parse(&text).ok().filter(|_| !text.is_empty());
                 self.break_from = self.newest().list(List::Exchanges).total();
@@ -60,6 +64,7 @@ impl App {
                     None => "pauses by itself no more".to_owned(),
                 };
                 self.say(Tone::Info, said);
+                self.warn_of_unknown_fields(self.breaks_on.clone());
                 return self.replay().is_some().then(|| Effect::Replay(Order::Break(self.breaks_on.clone())));
             }
             Ask::Search if text.is_empty() => self.search = None,
@@ -86,6 +91,23 @@ impl App {
             }
         }
         None
+    }
+
+    /// Says which fields of a filter no profile has: such a filter passes nothing.
+    fn warn_of_unknown_fields(&mut self, filter: Option<Filter>) {
+        let fields = &self.vocabulary.fields;
+        let names = filter.iter().flat_map(Filter::field_names);
+        let unknown = names.filter(|name| !fields.is_empty() && !fields.iter().any(|field| field == name));
+        let said = unknown.map(|name| {
+            let near = nearest(
+                name,
+                Filter::known_names().map(|name| -> &str { name }).chain(fields.iter().map(String::as_str)),
+            );
+            let near = near.map_or_else(String::new, |near| format!("; did you mean '{near}'?"));
+            format!("no profile has a field '{name}'{near}")
+        });
+        let said: Vec<String> = said.collect();
+        said.into_iter().for_each(|text| self.say(Tone::Warn, text));
     }
 
     /// Shows only rows that pass a filter, or all again.

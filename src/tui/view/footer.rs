@@ -101,13 +101,21 @@ fn place(app: &App) -> String {
             1 => "1 address".to_owned(),
             count => format!("{count} addresses"),
         },
-        View::Health => match app.span_s {
-            60 => "last minute".to_owned(),
-            600 => "last 10 minutes".to_owned(),
-            3600 => "last hour".to_owned(),
-            0 => "all of it".to_owned(),
-            _ => "last day".to_owned(),
-        },
+        View::Health => {
+            let span = match app.span_s {
+                60 => "last minute",
+                600 => "last 10 minutes",
+                3600 => "last hour",
+                0 => "all of it",
+                _ => "last day",
+            };
+            let below = super::health::rest(app, app.regions().body).saturating_sub(app.health_from);
+            match below {
+                0 => span.to_owned(),
+
+                _ => format!("{span} · {below} below"),
+            }
+        }
         View::Findings => format!("{} in all", thousands(store.findings().total())),
     }
 }

@@ -22,6 +22,12 @@ use crate::tui::widget::text::{age, put, put_right, thousands, tick, wrap};
 
 /// From which width on histograms stand beside the series.
 const SIDE_BY_SIDE_FROM: u16 = 76;
+/// How few lines a histogram gets.
+const LEAST_CHART: u16 = 4;
+/// How many lines the histograms take where there is little room.
+const HISTOGRAMS: u16 = 10;
+/// How many lines there are at most.
+const MOST_LINES: u16 = 200;
 /// Over how many seconds figures of late are taken.
 const LATE_S: i64 = 5;
 
@@ -48,6 +54,37 @@ pub(super) fn draw(app: &App, area: Rect, buffer: &mut Buffer) {
     let Some(bus) = app.store().buses().get(app.bus) else {
         return empty(app, area, &["nothing was received yet"], buffer);
     };
+    let rest = rest(app, area);
+    if rest == 0 {
+        return parts(app, bus, area, buffer);
+    }
+    // What does not fit is drawn beside the screen, and as much of it shown as there is room for.
+    let whole = Rect { height: area.height + rest, ..area };
+    let mut canvas = Buffer::empty(whole);
+    parts(app, bus, whole, &mut canvas);
+    let from = app.health_from.min(rest);
+    for position in area.intersection(*buffer.area()).positions() {
+        buffer[position] = canvas[(position.x, position.y + from)].clone();
+    }
+}
+
+/// Returns how many lines there are beyond those that fit.
+pub(super) fn rest(app: &App, area: Rect) -> u16 {
+    let Some(bus) = app.store().buses().get(app.bus) else { return 0 };
+    let width = area.width.saturating_sub(2);
+    let is_wide = width >= SIDE_BY_SIDE_FROM;
+    let room = if is_wide { width - (width / 2 - 1) - 2 } else { width };
+    let lines = u16::try_from(lines(app, bus, room).len()).unwrap_or(u16::MAX);
+    let above = if is_wide { 2 * LEAST_CHART + 2 } else { 4 + units(app) + 2 + HISTOGRAMS };
+    above.saturating_add(lines).min(MOST_LINES).saturating_sub(area.height)
+}
+
+/// Returns how many addresses are listed where there is little room.
+fn units(app: &App) -> u16 {
+    u16::try_from(app.store().devices().len()).unwrap_or(8).min(8)
+}
+
+fn parts(app: &App, bus: &Bus, area: Rect, buffer: &mut Buffer) {
     let area = Rect { x: area.x + 1, width: area.width.saturating_sub(2), ..area };
     if area.width >= SIDE_BY_SIDE_FROM {
         let width = area.width / 2 - 1;
@@ -57,7 +94,9 @@ pub(super) fn draw(app: &App, area: Rect, buffer: &mut Buffer) {
         series(app, bus, Rect { height: series_height, ..left }, buffer);
         let y = left.y + series_height + 1;
         shares(app, Rect { y, height: left.bottom().saturating_sub(y), ..left }, buffer);
-        let chart = (area.height / 3).clamp(4, 13);
+        let rest = u16::try_from(lines(app, bus, right.width).len()).unwrap_or(u16::MAX);
+        let room = area.height.saturating_sub(rest.saturating_add(2)) / 2;
+        let chart = (area.height / 3).clamp(LEAST_CHART, 13).min(room.max(LEAST_CHART));
         histogram(app, bus, Kind::Latency, Rect { height: chart, ..right }, buffer);
         histogram(app, bus, Kind::Gap, Rect { y: right.y + chart + 1, height: chart, ..right }, buffer);
         let y = right.y + 2 * chart + 2;
@@ -71,14 +110,10 @@ pub(super) fn draw(app: &App, area: Rect, buffer: &mut Buffer) {
         y = y.saturating_add(height + 1);
         part
     };
-    let units = u16::try_from(app.store().devices().len()).unwrap_or(8).min(8);
     series(app, bus, part(3), buffer);
-    let spare = area.height.saturating_sub(4 + units + 2);
-    shares(app, part(units + 1), buffer);
-    if spare >= 12 {
-        histogram(app, bus, Kind::Latency, part(4), buffer);
-        histogram(app, bus, Kind::Gap, part(4), buffer);
-    }
+    shares(app, part(units(app) + 1), buffer);
+    histogram(app, bus, Kind::Latency, part(4), buffer);
+    histogram(app, bus, Kind::Gap, part(4), buffer);
     line(app, bus, part(area.height), buffer);
 }
 
@@ -236,6 +271,13 @@ fn shares(app: &App, area: Rect, buffer: &mut Buffer) {
 
 /// Says what the line is, what was wrong on it, and what the adapter can and cannot tell.
 fn line(app: &App, bus: &Bus, area: Rect, buffer: &mut Buffer) {
+    let lines = lines(app, bus, area.width);
+    for (y, (text, style)) in (area.y..area.bottom()).zip(lines) {
+        put(buffer, area, area.x, y, &text, style);
+    }
+}
+
+fn lines(app: &App, bus: &Bus, width: u16) -> Vec<(String, Style)> {
     let theme = &app.theme;
     let health = &bus.health;
     let mut lines: Vec<(String, Style)> = Vec::new();
@@ -276,12 +318,10 @@ fn line(app: &App, bus: &Bus, area: Rect, buffer: &mut Buffer) {
     if !facts.is_empty() {
         lines.push((facts.join(", "), theme.dim));
     }
-    let wrapped = lines.into_iter().flat_map(|(text, style)| {
-        wrap(&text, usize::from(area.width)).into_iter().map(move |line| (line, style))
-    });
-    for (y, (text, style)) in (area.y..area.bottom()).zip(wrapped) {
-        put(buffer, area, area.x, y, &text, style);
-    }
+    let wrapped = lines
+        .into_iter()
+        .flat_map(|(text, style)| wrap(&text, usize::from(width)).into_iter().map(move |line| (line, style)));
+    wrapped.collect()
 }
 
 fn counts(app: &App, bus: &Bus) -> String {

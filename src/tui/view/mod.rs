@@ -35,6 +35,11 @@ pub use hex::{byte_at, in_line};
 /// From how many columns and lines on there is something to see.
 const LEAST: (u16, u16) = (24, 5);
 
+/// Returns how many lines of the health view do not fit into an area.
+pub fn health_rest(app: &App, area: Rect) -> u16 {
+    health::rest(app, area)
+}
+
 /// Draws the UI; returns where the cursor is, while something is typed.
 pub fn draw(app: &App, buffer: &mut Buffer) -> Option<Position> {
     let regions = app.regions();
