@@ -103,14 +103,7 @@ fn info_of(reads: &[Read]) {
 /// Returns a pipeline as `info` has it: without readings.
 fn pipeline() -> Pipeline {
     let (line, adapter_hold_ns) = (LineSettings::default(), None);
-    let options = PipelineOptions {
-        line,
-        adapter_hold_ns,
-        first_frame_id: 0,
-        first_transaction_id: 0,
-        readings: false,
-        findings: false,
-    };
+    let options = PipelineOptions::new(line, adapter_hold_ns);
     let profiles = Arc::new(Profiles::built_in());
     let shapes = profiles.shapes();
     Pipeline::new(options, Devices::new(profiles, Environment::default()), shapes)

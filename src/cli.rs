@@ -13,8 +13,9 @@ use crate::capture::InputFormat;
 use crate::line::LineSettings;
 use crate::report::{Show, TimeStyle};
 use crate::simulate::{Adapter, Scenario};
-use crate::time::MILLISECOND;
+use crate::time::{MILLISECOND, SECOND};
 pub use export::{Export, ExportKind, LinkKind};
+use live::length;
 pub use live::{Line, Listen, Live, Record};
 pub use verify::{FailOn, PartyKind, Verify, VerifyFormat};
 pub(crate) use verify::{code, severity};
@@ -27,7 +28,8 @@ pub struct Cli {
     #[command(subcommand)]
     pub command: Command,
 
-    /// Say more: fields and bytes under every row
+    /// Say more: under each row its bytes and fields with their places, what a device could be, and
+    /// what to do about a finding; details in --log
     #[arg(short, long, global = true, display_order = 100)]
     pub verbose: bool,
 
@@ -106,27 +108,29 @@ pub enum Command {
 }
 
 const DECODE_EXAMPLES: &str = "\
-A recording is MCAP, hex text, raw bytes, pcapng or pcap (link type 147 or 250), or a table of bytes as Saleae
-Logic and DSView export it, told apart by content. Parts of one session are read as one. In hex text a line
-is one read, such as
+A recording is MCAP, hex text, raw bytes, pcapng or pcap (link type 147 or 250), or a table of bytes
+as Saleae Logic and DSView export it, told apart by content. Parts of one session are read as one.
+In hex text a line is one read, such as
 
   2026-01-01T00:00:00.123456Z > 01 03 26 00 00 04 4f 41   # a comment
   1767225600.141 0x01,0x03,0x08
 
-with a time (RFC 3339, or seconds with a decimal point) or without, which says when the last byte of the line
-had been received. A comment '# line 19200-8E1' before the first byte gives the line settings. Raw bytes and
-lines without times have no times, and so no latencies.
+with a time (RFC 3339, or seconds with a decimal point) or without, which says when the last byte of
+the line had been received. A comment '# line 19200-8E1' before the first byte gives the line
+settings. Raw bytes and lines without times have no times, and so no latencies.
 
-A table is CSV with a header that names a time column (time, start_time or timestamp, with a unit as in
-'Time [ms]', else in seconds) and a byte column (data, value or byte, in hexadecimal). A time is that of the start
-bit. This makes one of what sigrok-cli prints, here for 1 MHz:
+A table is CSV with a header that names a time column (time, start_time or timestamp, with a unit as
+in 'Time [ms]', else in seconds) and a byte column (data, value or byte, in hexadecimal). A time is
+that of the start bit. This makes one of what sigrok-cli prints, here for 1 MHz:
 
   sigrok-cli -i bus.sr -P uart:rx=D0:baudrate=9600 -A uart=rx-data --protocol-decoder-samplenum |
-    awk -v rate=1000000 -F'[-: ]+' 'BEGIN { print \"time,data\" } { printf \"%.9f,0x%s\\n\", $1 / rate, $NF }' |
+    awk -v rate=1000000 -F'[-: ]+' 'BEGIN { print \"time,data\" }
+                                    { printf \"%.9f,0x%s\\n\", $1 / rate, $NF }' |
     rtutap decode -
 
-JSON lines have every key in every row; what is not known is null. Times are nanoseconds since the Unix epoch, bytes
-lower-case hex, and a value that was a float on the wire is the shortest decimal that reads back to it.
+JSON lines have every key in every row; what is not known is null. Times are nanoseconds since the
+Unix epoch, bytes lower-case hex, and a value that was a float on the wire is the shortest decimal
+that reads back to it.
 
 Examples:
   rtutap decode capture.hex --filter 'addr == 1 && temperature > 20'
@@ -136,9 +140,10 @@ Examples:
   cat capture.hex | rtutap decode -";
 
 const REPLAY_NOTES: &str = "\
-The first rows are there at once, whatever the size; the rest is decoded meanwhile. What is shown is what was known
-at the playhead: space plays, < and > change the speed, . and , go by a frame, { and } by a fiftieth of the recording,
-e goes to the next error, : to a time; the mouse seeks on the timeline. ? shows all keys.
+The first rows are there at once, whatever the size; the rest is decoded meanwhile. What is shown is
+what was known at the playhead: space plays, < and > change the speed, . and , go by a frame, { and
+} by a fiftieth of the recording, e goes to the next error, : to a time; the mouse seeks on the
+timeline. ? shows all keys.
 
 Examples:
   rtutap replay night.mcap
@@ -171,7 +176,8 @@ Examples:
   rtutap info night.mcap";
 
 const SIMULATE_EXAMPLES: &str = "\
-The file's name says what is written: MCAP when it ends in .mcap, else hex text.
+The file's name says what is written: MCAP when it ends in .mcap, hex text when in .hex or .txt, or
+without any ending.
 
 Examples:
   rtutap simulate -o bus.mcap
@@ -229,7 +235,8 @@ pub struct Printing {
     ///
     /// Compared can be addr, fn, reg, quantity, outcome, exception, latency, time, device, serial, cmd,
     /// role, reason, bus, and any decoded field or derived value; also: echo, damaged, crc good, crc bad,
-    /// 'bytes contains 26 00'. A frame passes when its transaction does.
+    /// 'bytes contains 26 00'. A frame passes when its transaction does. 'finding == D06' lets pass what the finding
+    /// is about: transaction, frames and damaged runs, as far as they come right before it.
     #[arg(long, value_name = "EXPR")]
     pub filter: Option<String>,
 
@@ -277,9 +284,9 @@ pub struct Bus {
     #[arg(required = true, value_name = "INPUT")]
     pub inputs: Vec<PathBuf>,
 
-    /// Speed and character format; without it the recording's, without that 9600-8N1
+    /// Speed and character format; without it, or with 'auto', the recording's, without that 9600-8N1
     #[arg(long, value_name = "BAUD-DPS", env = "RTUTAP_LINE", hide_env_values = true)]
-    pub line: Option<LineSettings>,
+    pub line: Option<Line>,
 
     /// Read the input as this, whatever it looks like
     #[arg(long, value_enum, value_name = "FORMAT")]
@@ -333,9 +340,10 @@ pub struct Simulate {
     #[arg(long, value_name = "NAME", default_value = "installation", value_parser = scenarios())]
     pub scenario: String,
 
-    /// How the listener is connected: uart, usb1, ftdi16 or idle64
-    #[arg(long, default_value = "ftdi16")]
-    pub adapter: Adapter,
+    /// How the listener is connected: uart, usb1, ftdi16 or idle64; hex text says it only when it is given [default:
+    /// ftdi16]
+    #[arg(long)]
+    pub adapter: Option<Adapter>,
 
     /// Speed and character format
     #[arg(long, value_name = "BAUD-DPS", default_value = "9600-8N1")]
@@ -353,8 +361,9 @@ pub struct Simulate {
 /// Holds what `demo` is asked for.
 #[derive(Debug, Args)]
 pub struct Demo {
-    /// How long, in seconds, 1 to 86400; without it 10 when lines are printed, else until it is quit
-    #[arg(long, value_name = "SECONDS", value_parser = clap::value_parser!(u32).range(1..=86_400))]
+    /// How long, such as 90s or 10m, up to a day; a bare number is in seconds; without it 10s when lines are printed,
+    /// else until it is quit
+    #[arg(long, value_name = "TIME", value_parser = demo_seconds, allow_hyphen_values = true)]
     pub duration: Option<u32>,
 
     /// Print lines, not the terminal UI
@@ -411,8 +420,9 @@ pub enum ProfileAction {
 }
 
 const NEW_PROFILE_EXAMPLES: &str = "\
-The draft holds what the device accepted: functions, registers, quantities. The types of values are guessed, each
-with its evidence as a comment; the longer the recording, the better. Names, units and meanings are left to you.
+The draft holds what the device accepted: functions, registers, quantities. The types of values are
+guessed, each with its evidence as a comment; the longer the recording, the better. Names, units and
+meanings are left to you.
 
 Examples:
   rtutap profiles new capture.mcap -o mine.toml
@@ -554,6 +564,16 @@ fn number(text: &str, least: f64, most: f64, unit: &str) -> Result<f64, String> 
         Ok(_) => Err(format!("not within {least} to {most} {unit}")),
         Err(_) => Err(format!("not a number from {least} to {most} {unit}")),
     }
+}
+
+/// Reads a length of time in whole seconds, up to a day; a bare number is one of seconds.
+fn demo_seconds(text: &str) -> Result<u32, String> {
+    let seconds = match text.trim().parse::<u32>() {
+        Ok(seconds) => i64::from(seconds),
+        Err(_) => length(text)?.0 / SECOND,
+    };
+    let seconds = u32::try_from(seconds).ok().filter(|seconds| (1..=86_400).contains(seconds));
+    seconds.ok_or_else(|| "not within 1s to 1d".to_owned())
 }
 
 fn seed(text: &str) -> Result<u64, String> {

@@ -197,10 +197,7 @@ impl Config {
 
     fn complete_bus(self, bus: &mut cli::Bus) {
         // A recording was made with some settings: there is nothing to find.
-        bus.line = bus.line.or(match self.line {
-            Some(cli::Line::Is(line)) => Some(line),
-            Some(cli::Line::Auto) | None => None,
-        });
+        bus.line = bus.line.filter(|line| *line != cli::Line::Auto).or(self.line);
         bus.adapter_hold = bus.adapter_hold.or(self.adapter_hold);
         self.complete_equipment(&mut bus.equipment);
     }

@@ -15,14 +15,7 @@ fn seen_without_profiles() -> Drafter {
     let scenario = *Scenario::all().iter().find(|it| it.name == "installation").expect("a scenario");
     let line = "9600-8N1".parse().expect("a line setting");
     let reads: Vec<Read> = support::traffic::simulated(scenario, Adapter::Ftdi16, line, 5, 6000);
-    let options = Options {
-        line,
-        adapter_hold_ns: None,
-        first_frame_id: 0,
-        first_transaction_id: 0,
-        readings: false,
-        findings: false,
-    };
+    let options = Options::new(line, None);
     let profiles = Arc::new(Profiles::default());
     let shapes = profiles.shapes();
     let mut pipeline = Pipeline::new(options, Devices::new(profiles, Environment::default()), shapes);

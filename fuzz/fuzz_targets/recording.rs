@@ -37,7 +37,7 @@ fuzz_target!(|data: &[u8]| {
     std::fs::write(&*FILE, recording).expect("the folder for temporary files can be written");
     let Ok(mut input) = Input::open(&FILE, format) else { return };
     let line = input.line().unwrap_or_else(LineSettings::default);
-    let options = Options { line, adapter_hold_ns, first_frame_id: 0, first_transaction_id: 0, readings: true, findings: false };
+    let options = Options { readings: true, ..Options::new(line, adapter_hold_ns) };
     let devices = Devices::new(Arc::clone(&PROFILES), Environment::default());
     let mut pipeline = Pipeline::new(options, devices, PROFILES.shapes());
     let mut report = Report::new(line);

@@ -31,6 +31,12 @@ pub enum InputError {
         /// What it has instead.
         has: String,
     },
+    /// It was to be read as MCAP, and is none.
+    #[error("'{0}' is no MCAP file, as which it was to be read")]
+    NotMcap(String),
+    /// It is a recording in MCAP that ends before its first byte of a bus.
+    #[error("'{0}' is an unfinished recording that ends before the first byte of a bus")]
+    CutShort(String),
     /// It holds no byte of a bus.
     #[error("'{0}' is empty: there is not a byte in it")]
     Empty(String),
@@ -74,6 +80,8 @@ impl InputError {
             },
             InputError::Directory(_) => "name the recordings in it, such as DIRECTORY/*",
             InputError::Foreign { has, .. } => return format!("it has {has}"),
+            InputError::NotMcap(_) => "leave out --input-format: formats are told apart by content",
+            InputError::CutShort(_) => "nothing was received before it ended, or what was is lost",
             InputError::Empty(_) => "check that the recording was written; comments and times alone are none",
             InputError::Silent(_) => "nothing was received while it was made, or what was is lost",
             InputError::Lost { .. } => "look for another copy; 'rtutap recover' finds no more than this",

@@ -121,6 +121,8 @@ pub struct Input {
     misread: Option<HexError>,
     /// Whether bytes of a bus were read.
     has_bytes: bool,
+    /// Whether it begins as no MCAP file does, and is to be read as one all the same.
+    is_forced: bool,
 }
 
 impl Input {
@@ -173,7 +175,14 @@ impl Input {
     ) -> Result<Input, InputError> {
         let io_error = |error| InputError::Io { name: name.clone(), error };
         let mut misread = None;
+        let mut is_forced = false;
         let format = match format {
+            Some(InputFormat::Mcap) => {
+                let prefix;
+                (prefix, origin) = origin.prefix().map_err(io_error)?;
+                is_forced = !prefix.is_empty() && !is_mcap(&prefix);
+                InputFormat::Mcap
+            }
             Some(format) => format,
             None => {
                 let prefix;
@@ -206,7 +215,8 @@ impl Input {
                 Origin::Stream(stream) => Recording::from_stream(stream),
             })),
         };
-        let mut input = Input { name, size, format, reader, ahead: false, misread, has_bytes: false };
+        let mut input =
+            Input { name, size, format, reader, ahead: false, misread, has_bytes: false, is_forced };
         // The first chunk is read ahead: an empty input is an error, and line settings stand before it.
         match &mut input.reader {
             Reader::Plain(reader) => match reader.advance() {
@@ -224,6 +234,13 @@ impl Input {
     /// Returns the error that a file holds something else, if that is known.
     fn foreign(&self) -> Option<InputError> {
         let topics = self.recording()?.foreign_topics()?;
+        if topics.is_empty() && self.is_forced {
+            return Some(InputError::NotMcap(self.name.clone()));
+        }
+        // What ends before its first channel may have been about to become anything.
+        if topics.is_empty() && self.facts().is_some_and(|facts| !facts.is_indexed) {
+            return None;
+        }
         let mut has: Vec<String> =
             topics.iter().map(|(topic, schema)| format!("{topic} ({schema})")).collect();
         has.sort();
@@ -244,6 +261,7 @@ impl Input {
             return foreign;
         }
         match self.facts() {
+            Some(facts) if facts.ends_early() => InputError::CutShort(name),
             Some(Facts { damage, .. }) if !damage.is_empty() => InputError::Lost { name, damage: damage[0] },
             Some(_) => InputError::Silent(name),
             None => InputError::Empty(name),
@@ -511,7 +529,7 @@ mod tests {
     #[test]
     fn mcap_without_a_byte_of_a_bus_is_an_error_at_its_end() {
         let mut input = open(b"\x89MCAP0\r\n", None).expect("MCAP");
-        assert!(matches!(input.next_item(), Err(InputError::Foreign { .. })));
+        assert!(matches!(input.next_item(), Err(InputError::CutShort(_))));
     }
 
     #[test]

@@ -41,8 +41,11 @@ impl Origin {
     }
 }
 
-/// Tells whether a file begins as MCAP does; one wrong byte does not hide it.
+/// Tells whether a file begins as MCAP does; one wrong byte does not hide it, nor that it ends within the magic.
 pub(super) fn is_mcap(prefix: &[u8]) -> bool {
+    if !prefix.is_empty() && MCAP_MAGIC.starts_with(prefix) {
+        return true;
+    }
     let same = prefix.iter().zip(MCAP_MAGIC).filter(|(a, b)| a == b).count();
     same + 1 >= MCAP_MAGIC.len()
 }

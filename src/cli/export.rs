@@ -10,17 +10,19 @@ use super::{Bus, ShowKind, TimeKind};
 pub(super) const NOTES: &str = "\
 Formats, by the extension of FILE:
   .mcap     the whole recording with what it decodes to: for Foxglove, PlotJuggler, Rerun and Python
-  .hex      the reads as hex text, a line each with its time: pastes into an issue, and decodes to the letter
+  .hex      the reads as hex text, a line each with its time: pastes into an issue, decodes the same
   .csv      readings, or with --wide a row a poll and a column a quantity
   .jsonl    the rows of 'decode --format json': frames, transactions and readings
   .pcapng   frames for Wireshark; 'Decode As' MBRTU takes them apart, TX is the master, RX a device
   .parquet  readings or transactions in typed columns, where built with '--features parquet'
 
-With --filter, rows leave as from 'decode': a frame passes when its transaction does. Hex text keeps the
-bytes of the frames and damaged runs that pass, each with the time of its read. MCAP keeps every byte, and
-beside them what passes.
-With --redact, serial numbers keep what tells the kind of device and have X for the rest, in bytes, values
-and text alike; CRCs are mended, and the file says so. A filter then sees them blanked.
+With --filter, rows leave as from 'decode': a frame passes when its transaction does. Hex text keeps
+the bytes of the frames and damaged runs that pass, each with the time of its read. MCAP keeps every
+byte, and beside them what passes.
+
+With --redact, serial numbers keep what tells the kind of device and have X for the rest: in bytes,
+values, names, paths and remarks, and pieces of them in damaged runs. CRCs are mended, and the file
+says so. A filter then sees them blanked.
 
 Examples:
   rtutap export capture.hex -o readings.csv
@@ -64,9 +66,9 @@ pub struct Export {
     #[arg(long)]
     pub raw_only: bool,
 
-    /// Link type of a pcapng: RTAC serial, or frames alone as user type 0
-    #[arg(long, value_enum, value_name = "NUMBER", default_value = "250")]
-    pub link_type: LinkKind,
+    /// Link type of a pcapng: RTAC serial, or frames alone as user type 0 [default: 250]
+    #[arg(long, value_enum, value_name = "NUMBER")]
+    pub link_type: Option<LinkKind>,
 
     /// How to show times in CSV [default: local]
     #[arg(long, value_enum, env = "RTUTAP_TIME", hide_env_values = true)]

@@ -11,11 +11,11 @@ use crate::source::Spec;
 use crate::time::{MILLISECOND, SECOND};
 
 pub(super) const LISTEN_EXAMPLES: &str = "\
-SOURCE is a serial device, tcp://host:port (a raw serial server), or '-' for bytes on standard input. Nothing is
-ever sent to the bus. Ctrl-C ends; a second one at once.
+SOURCE is a serial device, tcp://host:port (a raw serial server), or '-' for bytes on standard
+input. Nothing is ever sent to the bus. Ctrl-C ends; a second one at once.
 
-On a terminal there is a UI, in which ? shows the keys; with --format, or where standard output is none, lines are
-printed.
+On a terminal there is a UI, in which ? shows the keys; with --format, or where standard output is
+none, lines are printed.
 
 Examples:
   rtutap listen /dev/ttyUSB0 --line 9600-8N1
@@ -24,13 +24,13 @@ Examples:
   rtutap listen /dev/ttyUSB0 --record today.mcap --filter 'outcome != answered'";
 
 pub(super) const RECORD_NOTES: &str = "\
-SOURCE is a serial device, tcp://host:port (a raw serial server), or '-' for bytes on standard input. Nothing is
-ever sent to the bus. A file is called NAME.mcap.part until it is finished; SIGINT, SIGTERM and SIGHUP finish it.
-Further parts are NAME-0002.mcap and so on.
+SOURCE is a serial device, tcp://host:port (a raw serial server), or '-' for bytes on standard
+input. Nothing is ever sent to the bus. A file is called NAME.mcap.part until it is finished;
+SIGINT, SIGTERM and SIGHUP finish it. Further parts are NAME-0002.mcap and so on.
 
 Examples:
   rtutap record /dev/ttyUSB0 -o recordings/
-  rtutap record pump=/dev/ttyUSB0 tank=/dev/ttyUSB1 -o /var/lib/rtutap/ --min-free 500MB --drop-oldest
+  rtutap record pump=/dev/ttyUSB0 tank=/dev/ttyUSB1 -o /srv/tap/ --min-free 500MB --drop-oldest
   rtutap record /dev/ttyUSB0 -o faults/ --ring 10m --trigger 'outcome != answered'";
 
 /// Says with which line settings to receive.
@@ -40,6 +40,16 @@ pub enum Line {
     Is(LineSettings),
     /// With those that the traffic shows.
     Auto,
+}
+
+impl Line {
+    /// Returns the settings, if they are said: a recording was made with some, and there is nothing to find.
+    pub fn settings(self) -> Option<LineSettings> {
+        match self {
+            Line::Is(line) => Some(line),
+            Line::Auto => None,
+        }
+    }
 }
 
 impl FromStr for Line {
@@ -106,20 +116,20 @@ pub struct Record {
     #[arg(short, long, value_name = "PATH")]
     pub output: PathBuf,
 
-    /// Begin a new file after this time, such as 30m, 1h or 1d; 0 never does
-    #[arg(long, value_name = "TIME", default_value = "1h", value_parser = length)]
+    /// Begin a new file after this time, 1s to 366d, such as 30m or 1h; 0 never does
+    #[arg(long, value_name = "TIME", default_value = "1h", value_parser = rotate_time, allow_hyphen_values = true)]
     pub rotate_time: Nanoseconds,
 
-    /// Begin a new file after this size, such as 256MB; 0 never does
-    #[arg(long, value_name = "SIZE", default_value = "256MB", value_parser = size)]
+    /// Begin a new file after this size, 4kB to 1TB, such as 256MB; 0 never does
+    #[arg(long, value_name = "SIZE", default_value = "256MB", value_parser = rotate_size, allow_hyphen_values = true)]
     pub rotate_size: u64,
 
-    /// Begin a new file after so many chunks; each costs about 2 kB of memory; 0 never does
-    #[arg(long, value_name = "COUNT", default_value_t = 10_000)]
+    /// Begin a new file after so many chunks, 2 to 100000; each costs about 2 kB of memory
+    #[arg(long, value_name = "COUNT", default_value_t = 10_000, value_parser = rotate_chunks, allow_hyphen_values = true)]
     pub rotate_chunks: u64,
 
     /// Stop, or drop the oldest, when less than this is free on the disk; 0 never does
-    #[arg(long, value_name = "SIZE", default_value = "1GB", value_parser = size)]
+    #[arg(long, value_name = "SIZE", default_value = "1GB", value_parser = size, allow_hyphen_values = true)]
     pub min_free: u64,
 
     /// Make room on the disk by removing the oldest finished recordings beside this one
@@ -130,8 +140,8 @@ pub struct Record {
     #[arg(long)]
     pub raw_only: bool,
 
-    /// Write only what is this much before and after a match of --trigger
-    #[arg(long, value_name = "TIME", value_parser = length, requires = "trigger")]
+    /// Write only what is this much before and after a match of --trigger, 1s to 1d
+    #[arg(long, value_name = "TIME", value_parser = ring, requires = "trigger", allow_hyphen_values = true)]
     pub ring: Option<Nanoseconds>,
 
     /// Write when something passes this filter, such as 'outcome == no-response'
@@ -150,10 +160,44 @@ fn with_unit(text: &str, units: &[(&str, f64)], example: &str) -> Result<f64, St
     let factor = factor.or((number == 0.0 && unit.is_empty()).then_some(1.0));
     let names = units.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
     let value = number * factor.ok_or_else(|| format!("give a unit ({names}), such as {example}"))?;
-    if (0.0..9e18).contains(&value) {
+    match value {
+        value if value < 0.0 => Err(format!("it is negative; give something like {example}")),
+        value if value < 9e18 => Ok(value),
+        _ => Err(format!("it is more than can be counted; give something like {example}")),
+    }
+}
+
+/// Refuses what is neither 0 nor within a range that reads like `text`.
+fn within<T: PartialOrd>(value: T, zero: T, (least, most): (T, T), text: &str) -> Result<T, String> {
+    if value == zero || (least..=most).contains(&value) {
         Ok(value)
     } else {
-        Err(format!("not a size or time such as {example}"))
+        Err(format!("not within {text}, nor 0 for never"))
+    }
+}
+
+fn rotate_time(text: &str) -> Result<Nanoseconds, String> {
+    let range = (SECOND, 366 * 86_400 * SECOND);
+    within(length(text)?.0, 0, range, "1s to 366d").map(Nanoseconds)
+}
+
+fn rotate_size(text: &str) -> Result<u64, String> {
+    within(size(text)?, 0, (4_000, 1_000_000_000_000), "4kB to 1TB")
+}
+
+fn rotate_chunks(text: &str) -> Result<u64, String> {
+    match text.trim().parse() {
+        Ok(count @ 2..=100_000) => Ok(count),
+        Ok(0_u64) => Err("memory would grow without end; not within 2 to 100000".to_owned()),
+        _ => Err("not a whole number from 2 to 100000".to_owned()),
+    }
+}
+
+fn ring(text: &str) -> Result<Nanoseconds, String> {
+    match length(text)? {
+        Nanoseconds(0) => Err("nothing would be kept around a match; not within 1s to 1d".to_owned()),
+        span if (SECOND..=86_400 * SECOND).contains(&span.0) => Ok(span),
+        _ => Err("not within 1s to 1d".to_owned()),
     }
 }
 
@@ -188,8 +232,27 @@ mod tests {
         assert_eq!((size("0"), length("0")), (Ok(0), Ok(Nanoseconds(0))));
         assert_eq!(length("10m"), Ok(Nanoseconds(600 * SECOND)));
         assert_eq!(length("90s"), length("1.5min"));
-        for wrong in ["", "10", "10x", "-1s", "NaN s", "1e30d", "h"] {
+        for wrong in ["", "10", "10x", "NaN s", "h"] {
             assert!(length(wrong).is_err(), "{wrong}");
+        }
+        assert!(length("-1s").is_err_and(|said| said.starts_with("it is negative")));
+        assert!(length("1e30d").is_err_and(|said| said.starts_with("it is more than can be counted")));
+    }
+
+    #[test]
+    fn what_would_make_a_file_a_moment_or_none_ever_is_refused_with_the_range() {
+        assert_eq!((rotate_time("0"), rotate_time("1s")), (Ok(Nanoseconds(0)), Ok(Nanoseconds(SECOND))));
+        for (result, range) in [
+            (rotate_time("1ms").err(), "1s to 366d"),
+            (rotate_time("400d").err(), "1s to 366d"),
+            (rotate_size("1B").err(), "4kB to 1TB"),
+            (rotate_chunks("1").err(), "2 to 100000"),
+            (rotate_chunks("-5").err(), "2 to 100000"),
+            (rotate_chunks("0").err(), "memory would grow"),
+            (ring("0").err(), "nothing would be kept"),
+            (ring("2d").err(), "1s to 1d"),
+        ] {
+            assert!(result.as_ref().is_some_and(|said| said.contains(range)), "{result:?}, {range}");
         }
     }
 }

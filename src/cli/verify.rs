@@ -9,8 +9,9 @@ use super::{Equipment, InputKind, Line, Nanoseconds, TimeKind, milliseconds};
 use crate::analyze::verify::{Party, Severity, rule};
 
 pub(super) const VERIFY_NOTES: &str = "\
-INPUT is what 'rtutap decode' reads. A serial device, tcp://host:port or COM3 is a live SOURCE, which is listened to
-until Ctrl-C or for --duration. Rules on order keep silent after damage; rules on time speak only when they are sure.
+INPUT is what 'rtutap decode' reads. A serial device, tcp://host:port or COM3 is a live SOURCE,
+which is listened to until Ctrl-C or for --duration. Rules on order keep silent after damage; rules
+on time speak only when they are sure.
 
 Exit status: 0 nothing at or above --fail-on was found, 1 something was, 2 could not do it.
 
@@ -45,7 +46,7 @@ pub struct Verify {
     pub equipment: Equipment,
 
     /// Listen to live sources for this time, such as 90s or 10m
-    #[arg(long, value_name = "TIME", value_parser = length)]
+    #[arg(long, value_name = "TIME", value_parser = length, allow_hyphen_values = true)]
     pub duration: Option<Nanoseconds>,
 
     /// How to print the report
@@ -88,7 +89,7 @@ pub enum VerifyFormat {
     Text,
     /// A JSON object a finding, folded
     Json,
-    /// JUnit XML, for CI: a test case a rule
+    /// JUnit XML, for CI: a test case a finding, and one for each rule that found nothing
     Junit,
 }
 

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
+use super::being_written::is_being_written;
 use super::failure::Failure;
 use super::progress::Progress;
 use super::session::{Origin, Session, Setup, Sink};
@@ -16,6 +17,7 @@ use crate::capture::{BUS, Input, InputFormat, Item};
 use crate::cli;
 use crate::device::{Devices, Environment, Profile, Profiles};
 use crate::line::LineSettings;
+use crate::report::redact::Secrets;
 
 /// How long to wait for a recording to grow before looking again.
 const PATIENCE: Duration = Duration::from_millis(100);
@@ -142,7 +144,7 @@ pub(super) fn profile(file: &Path) -> Result<Profile, Failure> {
 }
 
 /// Says what is wanted of the inputs.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Wanted {
     pub(super) readings: bool,
     pub(super) findings: bool,
@@ -152,40 +154,42 @@ pub(super) struct Wanted {
     pub(super) follow: bool,
     /// Whether the bytes are not decoded.
     pub(super) raw_only: bool,
-    /// Whether serial numbers are blanked.
-    pub(super) redacted: bool,
+    /// The serial numbers to blank, beside those found on the way; `None` to blank none.
+    pub(super) secrets: Option<Arc<Secrets>>,
 }
 
 impl Wanted {
-    fn decodes(self) -> bool {
+    fn decodes(&self) -> bool {
         !self.raw_only
     }
 }
 
 /// Reads all inputs, one after the other; counters run on. Parts of one session are one stream.
 ///
-/// Hands to `done` what each recording says of itself, once it was read.
+/// Hands to `done` what each recording says of itself, once it was read, and whether somebody is writing it.
 pub(super) fn read(
     args: &cli::Bus,
     profiles: &Arc<Profiles>,
     wanted: Wanted,
     sink: &mut impl Sink,
-    mut done: impl FnMut(&Facts),
+    mut done: impl FnMut(&Facts, bool),
 ) -> Result<(), Failure> {
     let setup = Setup {
-        line: args.line,
+        line: args.line.and_then(cli::Line::settings),
         adapter_hold_ns: args.adapter_hold.map(|hold| hold.0),
         devices: devices(&args.equipment, profiles)?,
         profiles: Arc::clone(profiles),
         readings: wanted.readings,
         findings: wanted.findings,
         decodes: wanted.decodes(),
-        redacts: wanted.redacted,
+        secrets: wanted.secrets.clone(),
     };
     let mut session = Session::new(&setup);
     let mut paths = in_order(&args.inputs);
     let mut before: Option<Input> = None;
     while let Some(path) = paths.pop_front() {
+        // It may be finished while it is read.
+        let is_being_written = is_being_written(&path);
         let mut input = Input::open(&path, args.input_format.map(Into::into))?;
         if wanted.follow && !input.follow() {
             let hint = "only recordings in MCAP say where they end; pipe what grows into 'rtutap decode -'";
@@ -195,14 +199,17 @@ pub(super) fn read(
         if !continues {
             session.finish(sink)?;
         }
-        let result = read_input(&mut input, &mut session, wanted, sink);
+        let result = read_input(&mut input, &mut session, &wanted, sink);
         if result.is_err() {
             session.finish(sink)?; // what was read before the trouble is shown
         }
         result?;
-        if let Some(facts) = input.facts() {
-            report(&input, facts);
-            done(facts);
+        if let Some(mut facts) = input.facts().cloned() {
+            if is_being_written {
+                facts.forget_cut();
+            }
+            report(input.name(), &facts, is_being_written, wanted.follow);
+            done(&facts, is_being_written);
         }
         if wanted.follow && paths.is_empty() {
             paths.extend(input.facts().and_then(|facts| next_part(&path, facts)));
@@ -340,22 +347,32 @@ struct Intake<'a, 's, S> {
 
 impl<S: Sink> Intake<'_, '_, S> {
     /// Takes an item, `position` bytes into the file; `waits` when the next one is not there yet.
+    #[inline]
     fn take(&mut self, item: &Item<'_>, position: u64, waits: bool) -> Result<(), Failure> {
         if let Item::Chunk { chunk, .. } = item {
             self.bytes += chunk.bytes.len();
         }
-        if !self.session.take(item, self.sink)?
-            && let Some(bus) = item.bus()
-        {
-            self.about.begin(bus, self.session, self.sink)?;
-            self.session.take(item, self.sink)?;
+        if !self.session.take(item, self.sink)? {
+            self.begin(item)?;
         }
         self.items = self.items.wrapping_add(1);
-        let pauses = self.items.is_multiple_of(PAUSE_AFTER);
-        if waits || pauses && self.items.is_multiple_of(PROGRESS_AFTER) {
+        if waits || self.items.is_multiple_of(PAUSE_AFTER) { self.rest(position, waits) } else { Ok(()) }
+    }
+
+    /// Begins the bus of an item, and takes it.
+    #[cold]
+    fn begin(&mut self, item: &Item<'_>) -> Result<(), Failure> {
+        let Some(bus) = item.bus() else { return Ok(()) };
+        self.about.begin(bus, self.session, self.sink)?;
+        self.session.take(item, self.sink).map(drop)
+    }
+
+    #[inline(never)] // comes seldom
+    fn rest(&mut self, position: u64, waits: bool) -> Result<(), Failure> {
+        if waits || self.items.is_multiple_of(PROGRESS_AFTER) {
             self.progress.update(position);
         }
-        if waits || pauses { self.pause(waits) } else { Ok(()) }
+        self.pause(waits)
     }
 
     fn pause(&mut self, waits: bool) -> Result<(), Failure> {
@@ -366,7 +383,7 @@ impl<S: Sink> Intake<'_, '_, S> {
 fn read_input(
     input: &mut Input,
     session: &mut Session<'_>,
-    wanted: Wanted,
+    wanted: &Wanted,
     sink: &mut impl Sink,
 ) -> Result<(), Failure> {
     let about = About::of(input);
@@ -430,10 +447,16 @@ fn say_doubts(input: &Input, without_frame: usize) {
 }
 
 /// Says what is missing in a recording, and that it can be mended.
-fn report(input: &Input, facts: &Facts) {
-    let name = input.name();
+fn report(name: &str, facts: &Facts, is_being_written: bool, follows: bool) {
     say_damage(name, facts);
     let is_open = facts.end.is_none() && facts.session.is_some();
+    if is_open && is_being_written {
+        if !follows {
+            message::note(format_args!("'{name}' is being written; this is what is in it so far"));
+            message::hint("'rtutap decode --follow' and 'rtutap replay --follow' go on as it grows");
+        }
+        return;
+    }
     if is_open {
         message::warning(format_args!(
             "'{name}' was not closed: what had not been written to it when it ended is lost"

@@ -21,7 +21,7 @@ pub(super) fn run(args: &cli::Decode, verbose: bool) -> Result<(), Failure> {
         ..Wanted::default()
     };
     let mut printer = Printer { printing, output };
-    let result = bus::read(&args.bus, &profiles, wanted, &mut printer, |_| {});
+    let result = bus::read(&args.bus, &profiles, wanted, &mut printer, |_, _| {});
     // What was decoded before something went wrong is shown first.
     printer.output.flush()?;
     result?;
@@ -36,7 +36,8 @@ struct Printer {
 }
 
 impl Sink for Printer {
-    fn begin(&mut self, _origin: &Origin) -> Result<(), Failure> {
+    fn begin(&mut self, origin: &Origin) -> Result<(), Failure> {
+        self.printing.begin(&origin.settings, &mut self.output.buffer);
         Ok(())
     }
 

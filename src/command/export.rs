@@ -1,5 +1,6 @@
 //! `rtutap export`: writes a recording in another format.
 
+mod survey;
 mod writer;
 
 use std::path::{Path, PathBuf};
@@ -9,7 +10,7 @@ use std::time::UNIX_EPOCH;
 use super::bus::{self, Wanted};
 use super::failure::Failure;
 use super::output::Output;
-use super::printing::judge;
+use super::printing::{judge, say_none};
 use super::scribe::Scribe;
 use super::session::{Origin, Sink};
 use crate::capture::Item;
@@ -17,15 +18,38 @@ use crate::capture::mcap::Options;
 use crate::cli::{self, ExportKind};
 use crate::device::Profiles;
 use crate::pipeline::Event;
+use crate::report::redact::Secrets;
 use writer::{Writer, remarks};
+
+/// Refuses --time where nothing shows times; what the environment and the configuration say is for all commands.
+pub(super) fn check_time(args: &cli::Export) -> Result<(), Failure> {
+    let is_given = args.time.is_some() && std::env::var_os("RTUTAP_TIME").is_none();
+    if is_given && !matches!(kind(args)?, ExportKind::Csv) {
+        let hint = "times are nanoseconds since 1970 elsewhere, and in UTC in hex text";
+        return Err(Failure::hinted("--time is for CSV", hint));
+    }
+    Ok(())
+}
 
 /// Runs the command.
 pub(super) fn run(args: &cli::Export) -> Result<(), Failure> {
     let kind = kind(args)?;
     check(args, kind)?;
+    if !args.redact {
+        return write(args, kind, None);
+    }
+    let mut args = args.clone();
+    // Removed when all is done.
+    let _kept = survey::keep_streams(&mut args.bus.inputs)?;
+    let profiles = bus::profiles(&args.bus.equipment.profiles, &args.bus.inputs)?;
+    let secrets = survey::secrets(&args.bus, &profiles)?;
+    write(&args, kind, Some(Arc::new(secrets)))
+}
+
+fn write(args: &cli::Export, kind: ExportKind, secrets: Option<Arc<Secrets>>) -> Result<(), Failure> {
     let profiles = bus::profiles(&args.bus.equipment.profiles, &args.bus.inputs)?;
     if kind == ExportKind::Mcap {
-        return write_mcap(args, &profiles);
+        return write_mcap(args, &profiles, secrets);
     }
     let mut exporter = Exporter {
         writer: Writer::new(args, kind, &profiles)?,
@@ -36,11 +60,14 @@ pub(super) fn run(args: &cli::Export) -> Result<(), Failure> {
     };
     let readings = !matches!(kind, ExportKind::Hex | ExportKind::Pcapng);
     let findings = args.filter.is_some();
-    let wanted = Wanted { readings, findings, redacted: args.redact, ..Wanted::default() };
-    let result = bus::read(&args.bus, &profiles, wanted, &mut exporter, |_| {});
+    let wanted = Wanted { readings, findings, secrets, ..Wanted::default() };
+    let result = bus::read(&args.bus, &profiles, wanted, &mut exporter, |_, _| {});
     if exporter.begun {
         // What was decoded before something went wrong is written first.
         exporter.writer.finish(&mut exporter.output)?;
+    }
+    if result.is_ok() {
+        say_none(exporter.writer.none_of());
     }
     if exporter.derived {
         bus::say_environment(&args.bus.equipment);
@@ -49,8 +76,18 @@ pub(super) fn run(args: &cli::Export) -> Result<(), Failure> {
 }
 
 /// Writes a recording in MCAP, with the profiles given in it.
-fn write_mcap(args: &cli::Export, profiles: &Arc<Profiles>) -> Result<(), Failure> {
-    let attachments = bus::attachments(&args.bus)?;
+fn write_mcap(
+    args: &cli::Export,
+    profiles: &Arc<Profiles>,
+    secrets: Option<Arc<Secrets>>,
+) -> Result<(), Failure> {
+    let mut attachments = bus::attachments(&args.bus)?;
+    if let Some(secrets) = &secrets {
+        for (name, _, content) in &mut attachments {
+            *name = secrets.blank(name, profiles);
+            secrets.blank_bytes(content, profiles);
+        }
+    }
     let session_id = session_id(&args.bus.inputs[0]); // there is one at least
     let judge = args.filter.as_deref().map(|text| judge("--filter", text, profiles)).transpose()?;
     let anchor = bus::anchor(&args.bus.inputs);
@@ -63,15 +100,11 @@ fn write_mcap(args: &cli::Export, profiles: &Arc<Profiles>) -> Result<(), Failur
         let decoded = if args.filter.is_some() { "decoded messages: " } else { "" };
         scribe = scribe.with_remark(format!("{decoded}{}", remarks(args).join("; ")));
     }
-    let wanted = Wanted {
-        readings: true,
-        findings: true,
-        redacted: args.redact,
-        raw_only: args.raw_only,
-        ..Wanted::default()
-    };
-    let result = bus::read(&args.bus, profiles, wanted, &mut scribe, |_| {});
+    let wanted =
+        Wanted { readings: true, findings: true, secrets, raw_only: args.raw_only, ..Wanted::default() };
+    let result = bus::read(&args.bus, profiles, wanted, &mut scribe, |_, _| {});
     if scribe.has_begun() {
+        say_none(scribe.none_of().filter(|_| result.is_ok()));
         scribe.finish()?;
     } else {
         scribe.abandon();
@@ -95,7 +128,7 @@ pub(super) fn of(
         filter,
         redact: false,
         raw_only: false,
-        link_type: cli::LinkKind::RtacSerial,
+        link_type: None,
         time: None,
     }
 }
@@ -133,6 +166,14 @@ fn check(args: &cli::Export, kind: ExportKind) -> Result<(), Failure> {
     let keeps_reads = matches!(kind, ExportKind::Hex | ExportKind::Mcap);
     if args.raw_only && kind != ExportKind::Mcap {
         return Err(Failure::hinted("--raw-only is for MCAP", "name the output .mcap"));
+    }
+    if args.raw_only && args.filter.is_some() {
+        let hint =
+            "MCAP keeps every byte; --filter chooses among what they decode to, which --raw-only leaves out";
+        return Err(Failure::hinted("--raw-only leaves nothing to --filter", hint));
+    }
+    if args.link_type.is_some() && kind != ExportKind::Pcapng {
+        return Err(Failure::hinted("--link-type is for pcapng", "name the output .pcapng"));
     }
     if kind == ExportKind::Mcap && args.output.as_os_str() == "-" {
         return Err(Failure::hinted("MCAP needs a file, not standard output", "name it with -o"));

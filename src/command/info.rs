@@ -22,8 +22,8 @@ pub(super) fn run(args: &cli::Info) -> Result<(), Failure> {
     }
     let mut info = Info::new(&profiles);
     let mut recordings = Vec::new();
-    let result = bus::read(&args.bus, &profiles, Wanted::default(), &mut info, |facts| {
-        recordings.push(recording(facts));
+    let result = bus::read(&args.bus, &profiles, Wanted::default(), &mut info, |facts, is_being_written| {
+        recordings.push(Recording { is_being_written, ..recording(facts) });
     });
     result?;
     info.recordings = recordings;
@@ -39,7 +39,7 @@ pub(super) fn run(args: &cli::Info) -> Result<(), Failure> {
 /// Writes down what the master does.
 fn write_plan(args: &cli::Info, profiles: &Arc<Profiles>) -> Result<(), Failure> {
     let mut planner = Planner::default();
-    bus::read(&args.bus, profiles, Wanted::default(), &mut planner, |_| {})?;
+    bus::read(&args.bus, profiles, Wanted::default(), &mut planner, |_, _| {})?;
     let inputs: Vec<String> = args.bus.inputs.iter().map(|input| input.display().to_string()).collect();
     let plan = planner.0.finish();
     if plan.devices.is_empty() {
@@ -92,6 +92,7 @@ fn recording(facts: &Facts) -> Recording {
         damage: facts.damage_count,
         damage_bytes: facts.damage_bytes,
         lost_bytes: facts.lost_bytes,
+        is_being_written: false,
     }
 }
 

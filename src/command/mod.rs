@@ -1,6 +1,7 @@
 //! One file a command: the only place that owns output, clocks and what becomes of errors.
 
 mod ahead;
+mod being_written;
 mod bus;
 mod completions;
 mod decode;
@@ -64,7 +65,10 @@ fn run_command(cli: &mut Cli) -> Result<(), Failure> {
         Command::Man => return man::run(),
         Command::Decode(args) => bus::check(&args.bus)?,
         Command::Info(args) => bus::check(&args.bus)?,
-        Command::Export(args) => bus::check(&args.bus)?,
+        Command::Export(args) => {
+            bus::check(&args.bus)?;
+            export::check_time(args)?;
+        }
         Command::Replay(args) => replay::check(args)?,
         Command::Profiles(cli::Profiles { action: Some(cli::ProfileAction::New(args)) }) => {
             bus::check(&args.bus)?;

@@ -122,3 +122,17 @@ pub(super) fn stdout_is_terminal() -> bool {
     let stdout = io::stdout();
     stdout.is_terminal()
 }
+
+/// Refuses to write MCAP to what is not called so: by its name it would be taken for something else.
+pub(super) fn check_mcap(path: &Path, command: &str) -> Result<(), Failure> {
+    if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mcap")) {
+        return Ok(());
+    }
+    let named = path.with_extension("mcap");
+    let (path, named) = (path.display(), named.display());
+    let hint = match Path::new(&path.to_string()).extension() {
+        Some(_) => format!("write '{named}', and then 'rtutap export {named} -o {path}'"),
+        None => format!("name it '{named}', or create the directory first"),
+    };
+    Err(Failure::hinted(format!("'{path}': {command} writes MCAP, and its name ends in .mcap"), hint))
+}

@@ -5,6 +5,7 @@ use super::failure::Failure;
 use super::message;
 use super::output::Output;
 use crate::analyze::filter::Filter;
+use crate::capture::mcap::BusSettings;
 use crate::cli::{self, RowFormat};
 use crate::device::Profiles;
 use crate::pipeline::Event;
@@ -49,7 +50,10 @@ impl Printing {
         };
         let mut printing = Printing::of(show, writer, judge, format != RowFormat::Text);
         let filter = args.filter.as_deref().and_then(|text| Filter::parse(text).ok());
-        printing.needs_findings |= filter.is_some_and(|filter| filter.asks_for_findings());
+        if filter.is_some_and(|filter| filter.asks_for_findings()) {
+            printing.needs_findings = true;
+            printing.rows = printing.rows.asking_for_findings();
+        }
         Ok((printing, output))
     }
 
@@ -80,6 +84,11 @@ impl Printing {
         self.rows.heading(out);
     }
 
+    /// Takes note of a bus that begins, or goes on with other settings.
+    pub(super) fn begin(&mut self, settings: &BusSettings, out: &mut Vec<u8>) {
+        self.rows.begin(&settings.name, settings.line, out);
+    }
+
     /// Takes an event; appends to `out` what can be shown now.
     pub(super) fn event(&mut self, bus: &str, event: &Event<'_>, out: &mut Vec<u8>) {
         self.rows.event(bus, event, out);
@@ -92,6 +101,7 @@ impl Printing {
 
     /// Says what the rows rest on, and what would settle a guess among them.
     pub(super) fn say(&self, args: &cli::Equipment) {
+        say_none(self.rows.none_of());
         if self.rows.needs_environment() && self.says_environment {
             bus::say_environment(args);
         }
@@ -101,6 +111,13 @@ impl Printing {
                 guess.address, guess.device
             ));
         }
+    }
+}
+
+/// Says that a filter let nothing pass of so many transactions.
+pub(super) fn say_none(none_of: Option<u64>) {
+    if let Some(transactions) = none_of {
+        message::note(format_args!("nothing passes --filter: 0 of {transactions} transactions match"));
     }
 }
 

@@ -4,6 +4,7 @@ use std::fs::File;
 use std::path::Path;
 
 use super::failure::Failure;
+use super::output::check_mcap;
 use super::{bus, message};
 use crate::capture::mcap::{RecoverError, recover};
 use crate::cli;
@@ -15,6 +16,7 @@ pub(super) fn run(args: &cli::Recover) -> Result<(), Failure> {
         let hint = "name another file with -o; the damaged one is kept as it is";
         return Err(Failure::hinted(format!("'{output}' is the input itself"), hint));
     }
+    check_mcap(&args.output, "recover")?;
     if args.output.is_file() {
         let hint = "name another file with -o; a recording is not written over";
         return Err(Failure::hinted(format!("'{output}' exists already"), hint));
@@ -36,6 +38,14 @@ pub(super) fn run(args: &cli::Recover) -> Result<(), Failure> {
         RecoverError::Read(error) => Failure::new(format!("cannot read '{input}': {error}")),
         RecoverError::Nothing => {
             let hint = "check that it is a recording in MCAP; other formats need no recovering";
+            Failure::hinted(format!("cannot recover '{input}': {error}"), hint)
+        }
+        RecoverError::Foreign => {
+            let hint = "'mcap recover', of the tool that MCAP's makers have, mends files of other programs";
+            Failure::hinted(format!("cannot recover '{input}': {error}"), hint)
+        }
+        RecoverError::Silent => {
+            let hint = "nothing was received while it was made, or what was is lost";
             Failure::hinted(format!("cannot recover '{input}': {error}"), hint)
         }
     })?;

@@ -46,7 +46,7 @@ pub(super) fn run(args: &cli::Replay, screen: Screen) -> Result<(), Failure> {
     let filter = args.filter.as_deref();
     let filter = filter.map(|text| filter_of("--filter", text, &profiles)).transpose()?;
     let setup = Setup {
-        line: args.bus.line,
+        line: args.bus.line.and_then(cli::Line::settings),
         adapter_hold_ns: args.bus.adapter_hold.map(|hold| hold.0),
         devices: bus::devices(&args.bus.equipment, &profiles)?,
         readings: false,

@@ -73,6 +73,11 @@ impl Scribe {
         }
     }
 
+    /// Returns of how many transactions none passed the filter, nor anything else; `None` when something did.
+    pub(super) fn none_of(&self) -> Option<u64> {
+        self.passing.none_of()
+    }
+
     /// Tells whether a bus was begun.
     pub(super) fn has_begun(&self) -> bool {
         self.journal.has_begun()

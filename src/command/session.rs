@@ -8,7 +8,7 @@ use crate::capture::mcap::BusSettings;
 use crate::device::{Devices, Environment, Profiles};
 use crate::line::LineSettings;
 use crate::pipeline::{Event, Options, Pipeline};
-use crate::report::redact::{self, Redacted, Redactor};
+use crate::report::redact::{self, Redacted, Redactor, Secrets};
 use crate::time::Timestamp;
 
 /// Receives what comes out of the inputs.
@@ -62,8 +62,8 @@ pub(super) struct Setup {
     pub(super) findings: bool,
     /// Whether anything but the bytes is wanted.
     pub(super) decodes: bool,
-    /// Whether serial numbers are blanked in the bytes themselves.
-    pub(super) redacts: bool,
+    /// The serial numbers to blank in the bytes themselves, beside those found on the way; `None` to blank none.
+    pub(super) secrets: Option<Arc<Secrets>>,
 }
 
 impl Setup {
@@ -77,7 +77,7 @@ impl Setup {
             readings: true,
             findings: false,
             decodes: true,
-            redacts: false,
+            secrets: None,
         }
     }
 }
@@ -85,6 +85,8 @@ impl Setup {
 /// Is a bus being decoded.
 #[derive(Clone)]
 struct Bus {
+    /// What the input calls it.
+    name: String,
     settings: BusSettings,
     pipeline: Pipeline,
     redactor: Option<Redactor>,
@@ -112,7 +114,7 @@ impl<'a> Session<'a> {
 
     /// Tells whether a bus has begun.
     pub(super) fn has(&self, bus: &str) -> bool {
-        self.buses.iter().any(|known| known.settings.name == bus)
+        self.buses.iter().any(|known| known.name == bus)
     }
 
     /// Returns how many frames came out so far.
@@ -126,10 +128,13 @@ impl<'a> Session<'a> {
         let settings = &mut origin.settings;
         settings.line = self.setup.line.unwrap_or(settings.line);
         settings.adapter_hold_ns = self.setup.adapter_hold_ns.or(settings.adapter_hold_ns);
-        if self.setup.redacts {
-            redact::blank_facts(&mut settings.facts);
+        let name = settings.name.clone();
+        let known = self.buses.iter().position(|bus| bus.name == name);
+        if let Some(secrets) = &self.setup.secrets {
+            let profiles = &self.setup.profiles;
+            redact::blank_settings(&mut settings.name, &mut settings.facts, profiles, secrets);
+            settings.name = self.free_name(&name, &settings.name);
         }
-        let known = self.buses.iter().position(|bus| bus.settings.name == settings.name);
         if let Some(at) = known {
             let before = &self.buses[at].settings;
             if before.line == settings.line && before.adapter_hold_ns == settings.adapter_hold_ns {
@@ -140,36 +145,61 @@ impl<'a> Session<'a> {
         }
         sink.begin(&origin)?;
         let settings = origin.settings;
-        let redactor = self
-            .setup
-            .redacts
-            .then(|| Redactor::new(self.pipeline(&settings), Arc::clone(&self.setup.profiles)));
+        let redactor = self.setup.secrets.as_ref().map(|secrets| {
+            let profiles = Arc::clone(&self.setup.profiles);
+            Redactor::new(self.pipeline(&settings), profiles, Arc::clone(secrets))
+        });
         let pipeline = self.pipeline(&settings);
         let at = known.unwrap_or(self.buses.len());
-        self.buses.insert(at, Bus { settings, pipeline, redactor });
+        self.buses.insert(at, Bus { name, settings, pipeline, redactor });
         Ok(())
+    }
+
+    /// Returns a name that no other bus has: two may differ in what was blanked only.
+    fn free_name(&self, name: &str, blanked: &str) -> String {
+        let others = || self.buses.iter().filter(|bus| bus.name != name);
+        let names = (1_u32..).map(|try_| match try_ {
+            1 => blanked.to_owned(),
+            _ => format!("{blanked}-{try_}"),
+        });
+        let mut free = names.filter(|name| others().all(|bus| bus.settings.name != *name));
+        free.next().unwrap_or_default() // there are more names than buses
     }
 
     fn pipeline(&self, settings: &BusSettings) -> Pipeline {
         let options = Options {
-            line: settings.line,
-            adapter_hold_ns: settings.adapter_hold_ns,
-            first_frame_id: self.ids.0,
-            first_transaction_id: self.ids.1,
             readings: self.setup.readings,
             findings: self.setup.findings,
+            ..Options::new(settings.line, settings.adapter_hold_ns)
         };
         Pipeline::new(options, self.setup.devices.clone(), self.setup.profiles.shapes())
     }
 
     /// Takes in an item of a bus that has begun; of others only settings. Tells whether it was taken in.
+    #[inline]
     pub(super) fn take(&mut self, item: &Item<'_>, sink: &mut impl Sink) -> Result<bool, Failure> {
+        if let Item::Chunk { bus, chunk, .. } = item
+            && let Some(at) = self.buses.iter().position(|known| known.settings.name == *bus)
+            && self.buses[at].redactor.is_none()
+        {
+            // Nearly all there is; the rest is kept out of its way.
+            sink.received(item)?;
+            if self.setup.decodes {
+                self.act(at, sink, |pipeline| pipeline.handle_bytes(chunk));
+            }
+            return Ok(true);
+        }
+        self.take_seldom(item, sink)
+    }
+
+    #[inline(never)]
+    fn take_seldom(&mut self, item: &Item<'_>, sink: &mut impl Sink) -> Result<bool, Failure> {
         if let Item::Line(settings) = item {
             return self.begin((*settings).clone(), sink).map(|()| true);
         }
         let Some(at) = self.buses.iter().position(|known| {
             // The clocks are of no bus; one has to hold them back with its reads, where they are.
-            item.bus().is_none_or(|bus| known.settings.name == bus)
+            item.bus().is_none_or(|bus| known.name == bus)
         }) else {
             return Ok(item.bus().is_none());
         };
@@ -177,7 +207,7 @@ impl<'a> Session<'a> {
             return self.decode(at, item, sink).map(|()| true);
         };
         match item {
-            Item::Chunk { chunk, .. } => redactor.push(chunk),
+            Item::Chunk { chunk, ready, .. } => redactor.push(chunk, *ready),
             Item::Lost { lost, .. } => redactor.push_lost(*lost),
             Item::Silence { until, .. } => redactor.push_silence(*until),
             Item::Clock { monotonic_ns, realtime } => redactor.push_clock(*monotonic_ns, *realtime),
@@ -193,7 +223,7 @@ impl<'a> Session<'a> {
         let bus = self.buses[at].settings.name.clone();
         while let Some(redacted) = redactor.pop() {
             let item = match redacted {
-                Redacted::Chunk(chunk) => Item::Chunk { bus: &bus, chunk, ready: None },
+                Redacted::Chunk(chunk, ready) => Item::Chunk { bus: &bus, chunk, ready },
                 Redacted::Lost(lost) => Item::Lost { bus: &bus, lost },
                 Redacted::Silence(until) => Item::Silence { bus: &bus, until },
                 Redacted::Clock(monotonic_ns, realtime) => Item::Clock { monotonic_ns, realtime },
@@ -222,7 +252,7 @@ impl<'a> Session<'a> {
     /// What does is an item: the ids of all buses are counted in the order of decisions, and a recording has to
     /// give the same ones.
     pub(super) fn poll(&mut self, bus: &str, until: Timestamp, sink: &mut impl Sink) -> Result<(), Failure> {
-        let known = self.buses.iter().find(|known| known.settings.name == bus);
+        let known = self.buses.iter().find(|known| known.name == bus);
         let deadline = known.and_then(|bus| bus.pipeline.poll_timeout());
         if deadline.is_none_or(|deadline| deadline > until) {
             return Ok(());

@@ -1,6 +1,7 @@
 //! `rtutap simulate`: writes a recording of a bus that isn't there.
 
 use std::io::Write;
+use std::path::Path;
 use std::sync::Arc;
 
 use super::failure::Failure;
@@ -11,7 +12,7 @@ use crate::capture::mcap::{BusSettings, Options};
 use crate::capture::{BUS, Item, hex_heading, hex_line};
 use crate::cli;
 use crate::device::Profiles;
-use crate::simulate::{Config, Scenario, Simulation, truth_json_line};
+use crate::simulate::{Adapter, Config, Scenario, Simulation, truth_json_line};
 
 /// Runs the command.
 pub(super) fn run(args: &cli::Simulate) -> Result<(), Failure> {
@@ -19,20 +20,36 @@ pub(super) fn run(args: &cli::Simulate) -> Result<(), Failure> {
         seed: args.seed,
         frames: args.frames,
         line: args.line,
-        adapter: args.adapter,
+        adapter: args.adapter.unwrap_or(Adapter::Ftdi16),
         scenario: scenario(&args.scenario)?,
     };
+    let is_mcap = is_mcap(&args.output)?;
+    if args.raw_only && !is_mcap {
+        return Err(Failure::hinted("--raw-only is for MCAP", "name the output .mcap"));
+    }
     if args.truth.as_ref() == Some(&args.output) {
         return Err(Failure::new("--output and --truth are the same file"));
     }
     let truth = args.truth.as_deref().map(Output::create).transpose()?;
-    let is_mcap = args.output.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mcap"));
     if is_mcap { write_mcap(args, config, truth) } else { write_hex(args, config, truth) }
+}
+
+/// Tells whether MCAP is to be written by what the output is called, else hex text.
+fn is_mcap(output: &Path) -> Result<bool, Failure> {
+    let Some(extension) = output.extension() else { return Ok(false) };
+    let is = |name| extension.eq_ignore_ascii_case(name);
+    if is("mcap") || is("hex") || is("txt") {
+        return Ok(is("mcap"));
+    }
+    let message = format!("--output '{}': simulate writes .mcap, and .hex or .txt", output.display());
+    Err(Failure::hinted(message, "write MCAP, and make something else of it with 'rtutap export'"))
 }
 
 fn write_hex(args: &cli::Simulate, config: Config, mut truth: Option<Output>) -> Result<(), Failure> {
     let mut output = Output::create(&args.output)?;
-    write_heading(&mut output.buffer, &config);
+    // Who does not ask for an adapter gets hex text as it comes from elsewhere.
+    let hold_ns = args.adapter.map(|adapter| adapter.hold_ns(args.line));
+    write_heading(&mut output.buffer, &config, hold_ns);
     let mut simulation = Simulation::new(config);
     while let Some(read) = simulation.next() {
         output.buffer.extend_from_slice(hex_line(&read.chunk()).as_bytes());
@@ -76,10 +93,10 @@ pub(super) fn scenario(name: &str) -> Result<Scenario, Failure> {
     Scenario::named(name).ok_or_else(|| Failure::new(format!("there is no scenario '{name}'")))
 }
 
-fn write_heading(out: &mut Vec<u8>, config: &Config) {
+fn write_heading(out: &mut Vec<u8>, config: &Config, hold_ns: Option<i64>) {
     // Writing to memory cannot fail.
     let _ = writeln!(out, "# rtutap simulate {}", arguments(config));
-    out.extend_from_slice(hex_heading(Some(config.line), None, false).as_bytes());
+    out.extend_from_slice(hex_heading(Some(config.line), hold_ns, false).as_bytes());
 }
 
 /// Returns the arguments that give the same simulation again.

@@ -12,7 +12,7 @@ use super::output::Output;
 use super::session::{Origin, Setup, Sink};
 use crate::analyze::plan::Plan;
 use crate::analyze::verify::rule;
-use crate::cli::{self, Line, VerifyFormat};
+use crate::cli::{self, VerifyFormat};
 use crate::device::Profiles;
 use crate::pipeline::Event;
 use crate::report::TimeStyle;
@@ -131,24 +131,16 @@ fn is_port(name: &str) -> bool {
 
 /// Reads recordings.
 fn read(args: &cli::Verify, audit: &mut Audit, profiles: &Arc<Profiles>) -> Result<(), Failure> {
-    let line = match args.line {
-        Some(Line::Auto) => {
-            let hint = "give the settings, as in --line 9600-8N1, or none: recordings name theirs";
-            return Err(Failure::hinted("--line auto is for live sources", hint));
-        }
-        Some(Line::Is(line)) => Some(line),
-        None => None,
-    };
     let bus = cli::Bus {
         inputs: args.inputs.clone(),
-        line,
+        line: args.line,
         input_format: args.input_format,
         adapter_hold: args.adapter_hold,
         equipment: args.equipment.clone(),
     };
     bus::check(&bus)?;
     let wanted = Wanted { findings: true, ..Wanted::default() };
-    bus::read(&bus, profiles, wanted, audit, |_| {})
+    bus::read(&bus, profiles, wanted, audit, |_, _| {})
 }
 
 /// Listens to live sources until they end or it is told to stop.

@@ -5,8 +5,6 @@
 //! wake-up allowance, unless the reader was stalled. So a byte has three times: `latest`, `earliest` (as long as
 //! nothing stalled) and `certain` (whatever stalled: the read before would have had it otherwise).
 
-use std::collections::VecDeque;
-
 use crate::decode::chunk::ReadTime;
 use crate::line::LineSettings;
 use crate::time::{Interval, MILLISECOND, SECOND, Span, Timestamp};
@@ -68,7 +66,10 @@ pub struct Stamper {
     hold_ns: i64,
     /// Whether the hold is known, not estimated from the reads.
     hold_known: bool,
-    reads: VecDeque<Read>,
+    /// The reads, in one piece: they are looked at far oftener than dropped.
+    reads: Vec<Read>,
+    /// Reads at the front that nobody needs any more; moved out now and then.
+    dropped: usize,
     /// Whether any read had a time.
     timed: bool,
     /// Time of the last read, and the bounds of its last byte.
@@ -87,7 +88,8 @@ impl Stamper {
             character_ns: line.character_ns(),
             hold_ns: hold_ns.unwrap_or(0).clamp(0, MOST_HOLD_NS),
             hold_known: hold_ns.is_some(),
-            reads: VecDeque::new(),
+            reads: Vec::new(),
+            dropped: 0,
             timed: false,
             last_read: None,
             last: None,
@@ -149,7 +151,7 @@ impl Stamper {
         self.last = timed.then_some((entry.certain + run, entry.earliest + run));
         self.last_read = Some(read);
         self.end += length;
-        self.reads.push_back(entry);
+        self.reads.push(entry);
         read
     }
 
@@ -196,7 +198,7 @@ impl Stamper {
     /// Lowers the upper bounds of the reads before: a byte ended a character before the next.
     fn tighten(&mut self, mut latest: Timestamp) {
         let character_ns = self.character_ns;
-        for read in self.reads.iter_mut().rev() {
+        for read in self.reads[self.dropped..].iter_mut().rev() {
             if !read.timed || read.latest <= latest {
                 return;
             }
@@ -207,33 +209,48 @@ impl Stamper {
     }
 
     fn run_ns(&self, characters: u64) -> i64 {
-        // No stream has 2^63 bytes.
-        self.character_ns.saturating_mul(characters as i64)
+        // A read of a memory's size at the slowest speed does not reach 2^63; asked for too often to be checked.
+        self.character_ns.wrapping_mul(characters as i64)
     }
 
     /// Forgets the bytes before `offset`.
     pub fn forget_before(&mut self, offset: u64) {
-        while self.reads.front().is_some_and(|read| read.offset + read.length <= offset) {
-            self.reads.pop_front();
+        let stale = self.kept().iter().take_while(|read| read.offset + read.length <= offset).count();
+        self.dropped += stale;
+        if self.dropped * 2 > self.reads.len() {
+            self.reads.drain(..self.dropped);
+            self.dropped = 0;
         }
+    }
+
+    fn kept(&self) -> &[Read] {
+        &self.reads[self.dropped..]
+    }
+
+    /// Bounds the ends of the bytes at `first` and `last`, which mostly came in the same read.
+    pub fn bytes(&self, first: u64, last: u64) -> Option<(ByteTime, ByteTime)> {
+        let read = self.find(last)?;
+        let begins = if first >= read.offset { read } else { self.find(first)? };
+        (read.timed && begins.timed).then(|| (self.of(begins, first), self.of(read, last)))
     }
 
     #[inline]
     fn find(&self, offset: u64) -> Option<&Read> {
         // Nearly all questions are about the latest read, and the others about those right before it.
-        match self.reads.back() {
+        match self.kept().last() {
             Some(last) if offset >= last.offset => (offset < last.offset + last.length).then_some(last),
             _ => self.find_earlier(offset),
         }
     }
 
     fn find_earlier(&self, offset: u64) -> Option<&Read> {
-        let mut latest = self.reads.iter().rev().take(LATEST);
+        let mut latest = self.kept().iter().rev().take(LATEST);
         if let Some(read) = latest.find(|read| offset >= read.offset) {
             return (offset < read.offset + read.length).then_some(read);
         }
-        let at = self.reads.partition_point(|read| read.offset + read.length <= offset);
-        self.reads.get(at).filter(|read| read.offset <= offset)
+        let reads = self.kept();
+        let at = reads.partition_point(|read| read.offset + read.length <= offset);
+        reads.get(at).filter(|read| read.offset <= offset)
     }
 
     /// Tells whether any read had a time.
@@ -249,16 +266,15 @@ impl Stamper {
 
     fn timed_byte(&self, offset: u64) -> Option<ByteTime> {
         let read = self.find(offset)?;
-        if !read.timed {
-            return None;
-        }
+        read.timed.then(|| self.of(read, offset))
+    }
+
+    /// Bounds the end of a byte of a read.
+    #[inline]
+    fn of(&self, read: &Read, offset: u64) -> ByteTime {
         let run = self.run_ns(offset - read.offset);
         let left = self.run_ns(read.offset + read.length - 1 - offset);
-        Some(ByteTime {
-            certain: read.certain + run,
-            earliest: read.earliest + run,
-            latest: read.latest - left,
-        })
+        ByteTime { certain: read.certain + run, earliest: read.earliest + run, latest: read.latest - left }
     }
 
     /// Returns when the byte at `offset` was there at the latest, untimed input at line speed.
@@ -295,7 +311,7 @@ impl Stamper {
             }
             None => self.find(offset).is_none_or(|read| {
                 // Bytes of one untimed line belong together; raw bytes tell nothing.
-                read.offset == offset || !self.reads.iter().any(|read| read.after_silence)
+                read.offset == offset || !self.kept().iter().any(|read| read.after_silence)
             }),
         }
     }

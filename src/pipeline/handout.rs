@@ -35,7 +35,23 @@ pub(super) enum Stage {
 
 impl Pipeline {
     /// Returns the next event. Take them all after each call that takes something in.
+    #[inline]
     pub fn poll_event(&mut self) -> Option<Event<'_>> {
+        // Asked after every read, and most reads end no frame.
+        if self.is_quiet() { None } else { self.next_event() }
+    }
+
+    /// Tells whether nothing is there to say before more bytes or time come in.
+    fn is_quiet(&self) -> bool {
+        self.verifying.is_none()
+            && self.current.is_none()
+            && self.framer.is_dry()
+            && self.lost.is_none()
+            && self.pairing.is_taken()
+    }
+
+    #[inline(never)]
+    fn next_event(&mut self) -> Option<Event<'_>> {
         if self.verifying.is_some()
             && !matches!(self.current, Some(Current { stage: Stage::Reading { .. }, .. }))
             && self.next_finding()

@@ -31,14 +31,17 @@ pub struct Options {
     pub line: LineSettings,
     /// The longest time the adapter keeps a byte back, in nanoseconds; estimated from the reads when `None`.
     pub adapter_hold_ns: Option<i64>,
-    /// The id of the first frame or damaged run.
-    pub first_frame_id: u64,
-    /// The id of the first transaction.
-    pub first_transaction_id: u64,
     /// Whether readings are wanted as events.
     pub readings: bool,
     /// Whether findings are wanted as events.
     pub findings: bool,
+}
+
+impl Options {
+    /// Asks for frames and transactions alone.
+    pub fn new(line: LineSettings, adapter_hold_ns: Option<i64>) -> Self {
+        Options { line, adapter_hold_ns, readings: false, findings: false }
+    }
 }
 
 /// Is what comes out of the pipeline, in the order in which nothing can change it any more.
@@ -140,8 +143,8 @@ impl Pipeline {
             line: options.line,
             readings: options.readings,
             verifying,
-            next_frame: options.first_frame_id,
-            next_transaction: options.first_transaction_id,
+            next_frame: 0,
+            next_transaction: 0,
             frame_end: None,
             current: None,
             asked: None,

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use chrono::{DateTime, Local, Utc};
+use chrono::{DateTime, Datelike, Local, NaiveDateTime, Timelike};
 
 use super::columns;
 use crate::pipeline::Event;
@@ -93,22 +93,49 @@ pub struct Shown {
 impl fmt::Display for Shown {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let time = DateTime::from_timestamp_nanos(self.time.as_ns());
-        let format = match (self.clock.style, self.exact) {
+        match (self.clock.style, self.exact) {
             (TimeStyle::Relative, exact) => {
-                let ns = self.time - self.clock.origin.unwrap_or(self.time);
-                return relative(ns, exact, f);
+                relative(self.time - self.clock.origin.unwrap_or(self.time), exact, f)
             }
-            (TimeStyle::Local, true) => "%Y-%m-%dT%H:%M:%S.%9f%:z",
-            (TimeStyle::Utc, true) => "%Y-%m-%dT%H:%M:%S.%9fZ",
-            (TimeStyle::Local, false) => "%Y-%m-%d %H:%M:%S.%3f",
-            (TimeStyle::Utc, false) => "%Y-%m-%d %H:%M:%S.%3fZ",
-        };
-        if self.clock.style == TimeStyle::Local {
-            write!(f, "{}", time.with_timezone(&Local).format(format))
-        } else {
-            write!(f, "{}", time.with_timezone(&Utc).format(format))
+            (TimeStyle::Local, true) => {
+                let local = time.with_timezone(&Local);
+                date_and_time(local.naive_local(), true, f)?;
+                let minutes = local.offset().local_minus_utc() / 60;
+                let sign = if minutes < 0 { '-' } else { '+' };
+                write!(f, "{sign}{:02}:{:02}", minutes.abs() / 60, minutes.abs() % 60)
+            }
+            (TimeStyle::Local, false) => date_and_time(time.with_timezone(&Local).naive_local(), false, f),
+            (TimeStyle::Utc, exact) => {
+                date_and_time(time.naive_utc(), exact, f)?;
+                f.write_str("Z")
+            }
         }
     }
+}
+
+/// Writes date and time to the nanosecond, or to the millisecond.
+///
+/// A template filled in, for a format string read anew for every row takes longer than decoding it.
+fn date_and_time(time: NaiveDateTime, exact: bool, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    let mut text = *b"0000-00-00 00:00:00.000000000";
+    let mut put = |at: usize, digits: usize, mut number: u32| {
+        for digit in text[at..at + digits].iter_mut().rev() {
+            *digit = b'0' + (number % 10) as u8; // below 10
+            number /= 10;
+        }
+    };
+    put(0, 4, time.year().unsigned_abs()); // nanoseconds reach from 1677 to 2262
+    put(5, 2, time.month());
+    put(8, 2, time.day());
+    put(11, 2, time.hour());
+    put(14, 2, time.minute());
+    put(17, 2, time.second());
+    put(20, 9, time.nanosecond() % SECOND as u32); // a leap second's are more
+    if exact {
+        text[10] = b'T';
+    }
+    let text = if exact { &text[..] } else { &text[..23] };
+    f.write_str(str::from_utf8(text).map_err(|_| fmt::Error)?)
 }
 
 /// Writes seconds with nine or three decimals; negative before the origin.

@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use crate::decode::chunk::{Chunk, LineError, ReadTime};
 use crate::decode::frame::Place;
+use crate::time::Timestamp;
 
 /// Holds reads back until all their frames and damaged runs are settled.
 #[derive(Clone, Debug, Default)]
@@ -26,16 +27,28 @@ pub struct Held {
 #[derive(Clone, Debug)]
 struct Read {
     time: ReadTime,
+    ready: Option<Timestamp>,
     length: usize,
     line_errors: Vec<LineError>,
 }
 
+/// Is a read that was let go of.
+#[derive(Debug)]
+pub struct Released<'a> {
+    /// The read.
+    pub chunk: Chunk<'a>,
+    /// When its bytes were first there to be read, where that is known.
+    pub ready: Option<Timestamp>,
+    /// The stream offsets of its bytes.
+    pub offsets: Range<u64>,
+}
+
 impl Held {
-    /// Takes a read.
-    pub fn push(&mut self, chunk: &Chunk<'_>) {
+    /// Takes a read; `ready` is when its bytes were first there, where that is known.
+    pub fn push(&mut self, chunk: &Chunk<'_>, ready: Option<Timestamp>) {
         self.bytes.extend(chunk.bytes);
         let line_errors = chunk.line_errors.to_vec();
-        self.reads.push_back(Read { time: chunk.time, length: chunk.bytes.len(), line_errors });
+        self.reads.push_back(Read { time: chunk.time, ready, length: chunk.bytes.len(), line_errors });
     }
 
     /// Takes note of a frame or damaged run, in stream order.
@@ -70,8 +83,8 @@ impl Held {
         self.settled = u64::MAX;
     }
 
-    /// Lets go of the next read that is settled, with the stream offsets of its bytes.
-    pub fn pop(&mut self) -> Option<(Chunk<'_>, Range<u64>)> {
+    /// Lets go of the next read that is settled.
+    pub fn pop(&mut self) -> Option<Released<'_>> {
         let end = self.base + self.reads.front()?.length as u64;
         if end > self.settled {
             return None;
@@ -83,7 +96,7 @@ impl Held {
         self.released.extend(self.bytes.drain(..read.length.min(self.bytes.len())));
         self.line_errors = read.line_errors;
         let chunk = Chunk { time: read.time, bytes: &self.released, line_errors: &self.line_errors };
-        Some((chunk, offsets))
+        Some(Released { chunk, ready: read.ready, offsets })
     }
 }
 
@@ -102,15 +115,15 @@ mod tests {
     #[test]
     fn a_read_leaves_when_its_last_byte_is_settled() {
         let mut held = Held::default();
-        held.push(&chunk(b"abc"));
-        held.push(&chunk(b"def"));
+        held.push(&chunk(b"abc"), None);
+        held.push(&chunk(b"def"), Some(Timestamp::from_ns(7)));
         held.note(&place(0, 0, b"abcd"));
         held.note(&place(1, 4, b"ef"));
         held.settle(0);
         assert!(held.pop().is_none());
         held.settle(1);
         assert_eq!(
-            held.pop().map(|(chunk, offsets)| (chunk.bytes.to_vec(), offsets)),
+            held.pop().map(|read| (read.chunk.bytes.to_vec(), read.offsets)),
             Some((b"abc".to_vec(), 0..3))
         );
         assert!(held.pop().is_none(), "'ef' is not settled");
@@ -118,13 +131,14 @@ mod tests {
         held.bytes_mut(4, 2).expect("held").fill(b'X');
         assert!(held.bytes_mut(5, 2).is_none() && held.bytes_mut(2, 1).is_none());
         held.settle(2);
-        assert_eq!(held.pop().map(|(chunk, _)| chunk.bytes.to_vec()), Some(b"dXX".to_vec()));
+        let read = held.pop().map(|read| (read.chunk.bytes.to_vec(), read.ready));
+        assert_eq!(read, Some((b"dXX".to_vec(), Some(Timestamp::from_ns(7)))));
     }
 
     #[test]
     fn what_never_became_a_frame_leaves_at_the_end() {
         let mut held = Held::default();
-        held.push(&chunk(b"a"));
+        held.push(&chunk(b"a"), None);
         held.settle(u64::MAX);
         assert!(held.pop().is_none());
         held.settle_all();

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::ops::Range;
 
-use super::held::Held;
+use super::held::{Held, Released};
 use super::{Format, Judge, Rows, Show};
 use crate::capture::{hex_line, hex_lost};
 use crate::decode::chunk::{Chunk, LineError, Lost, ReadTime};
@@ -25,7 +25,7 @@ impl Hex {
     /// Takes a read.
     pub fn chunk(&mut self, chunk: &Chunk<'_>, out: &mut Vec<u8>) {
         match &mut self.cut {
-            Some(cut) => cut.held.push(chunk),
+            Some(cut) => cut.held.push(chunk, None),
             None => line(chunk, out),
         }
     }
@@ -47,6 +47,11 @@ impl Hex {
             _ => {}
         }
         cut.rows.event(bus, event, &mut cut.spans);
+    }
+
+    /// Returns of how many transactions none passed the filter, nor anything else; `None` when something did.
+    pub fn none_of(&self) -> Option<u64> {
+        self.cut.as_ref()?.rows.none_of()
     }
 
     /// Appends what is settled once every frame before `settled_frame` has its transaction or none.
@@ -93,7 +98,7 @@ impl Cut {
         let ends = words.iter().map(|word| u64::from_le_bytes(*word)).collect::<Vec<_>>();
         self.passing.extend(ends.as_chunks::<2>().0.iter().map(|[from, to]| *from..*to));
         self.spans.clear();
-        while let Some((chunk, offsets)) = self.held.pop() {
+        while let Some(Released { chunk, offsets, .. }) = self.held.pop() {
             let (mut bytes, mut line_errors) = (Vec::new(), Vec::new());
             for span in self.passing.iter().take_while(|span| span.start < offsets.end) {
                 let within =

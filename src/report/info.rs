@@ -1,5 +1,7 @@
 //! The summary of a recording: times, line, devices, counts.
 
+mod parts;
+
 use std::collections::BTreeMap;
 use std::fmt::{self, Write};
 
@@ -7,12 +9,14 @@ use serde::Serialize;
 
 use super::Clock;
 use super::redact::REMARK_KEY;
+use super::words;
 use crate::decode::frame::Place;
 use crate::decode::transaction::Outcome;
 use crate::device::Profiles;
 use crate::line::LineSettings;
-use crate::pipeline::Event;
+use crate::pipeline::{Event, Lost};
 use crate::time::{SECOND, Timestamp};
+pub use parts::Recording;
 
 /// Counts what a recording holds; its counts equal those of `decode`.
 #[derive(Debug, Default)]
@@ -21,19 +25,32 @@ pub struct Info {
     frames: u64,
     damaged: u64,
     damaged_bytes: u64,
+    /// Bytes that are missing, as far as anybody counted.
     lost: u64,
+    /// How often an unknown number of bytes is missing.
+    holes: u64,
+    /// How long it took until bytes came again after those, in nanoseconds.
+    holes_ns: i64,
     /// Counts by outcome, in the order of its declaration.
     outcomes: [u64; Outcome::ALL.len()],
     /// By bus, in the order of their names, a place for each unit address.
     units: Vec<(String, Vec<Option<Unit>>)>,
     /// For each bus of each input its line settings, and its first and last time.
     inputs: Vec<Stretch>,
-    /// How long bytes were on the wire, over all inputs with times.
-    busy_ns: i64,
     /// What recordings in MCAP say of themselves.
     pub recordings: Vec<Recording>,
-    /// At these every device answers: no device of its own.
-    service_addresses: Vec<u8>,
+    /// At which addresses every device answers: no device of its own.
+    service_addresses: ServiceAddresses,
+}
+
+/// Says of each address whether every device answers at it.
+#[derive(Debug)]
+struct ServiceAddresses([bool; 256]);
+
+impl Default for ServiceAddresses {
+    fn default() -> Self {
+        ServiceAddresses([false; 256])
+    }
 }
 
 /// Is a bus of an input, read with the same settings throughout.
@@ -41,30 +58,13 @@ pub struct Info {
 struct Stretch {
     bus: String,
     line: LineSettings,
+    /// Nanoseconds of a character.
+    character_ns: i64,
     span: Option<(Timestamp, Timestamp)>,
-}
-
-/// Is what a recording says of itself.
-#[derive(Clone, Debug, Default, Serialize)]
-pub struct Recording {
-    /// Its session; the same in all parts.
-    pub session_id: Option<String>,
-    /// Counts the parts of a session from 1.
-    pub part_index: u64,
-    /// What wrote it.
-    pub tool: String,
-    /// What is known of each bus and its adapter.
-    pub buses: BTreeMap<String, BTreeMap<String, String>>,
-    /// Why it was closed; `None` when it was not.
-    pub end: Option<String>,
-    /// Whether nothing is missing, as far as the file tells.
-    pub is_complete: bool,
-    /// In how many places the file cannot be read.
-    pub damage: u64,
-    /// Bytes of the file that cannot be read.
-    pub damage_bytes: u64,
-    /// Bytes of buses that are lost for it, as far as known.
-    pub lost_bytes: u64,
+    /// How long bytes with times were on the wire, in nanoseconds.
+    busy_ns: i64,
+    /// Since when bytes are missing of which nobody knows the number.
+    hole_since: Option<Timestamp>,
 }
 
 /// Is what is known about a unit address.
@@ -103,7 +103,8 @@ struct Summary<'a> {
     end_ns: Option<i64>,
     line: Option<String>,
     complete: bool,
-    lost: u64,
+    lost_bytes: u64,
+    holes: u64,
     busy: Option<f64>,
     recordings: &'a [Recording],
 }
@@ -111,13 +112,17 @@ struct Summary<'a> {
 impl Info {
     /// Makes a summary of nothing yet; the profiles say at which addresses every device answers.
     pub fn new(profiles: &Profiles) -> Self {
-        let service_addresses = profiles.iter().filter_map(|profile| profile.service_address).collect();
+        let mut service_addresses = ServiceAddresses::default();
+        for address in profiles.iter().filter_map(|profile| profile.service_address) {
+            service_addresses.0[usize::from(address)] = true;
+        }
         Info { service_addresses, ..Info::default() }
     }
 
     /// Begins a bus of an input with these line settings.
     pub fn begin(&mut self, bus: &str, line: LineSettings) {
-        self.inputs.push(Stretch { bus: bus.to_owned(), line, span: None });
+        let (bus, character_ns) = (bus.to_owned(), line.character_ns());
+        self.inputs.push(Stretch { bus, line, character_ns, span: None, busy_ns: 0, hole_since: None });
     }
 
     /// Takes an event.
@@ -132,7 +137,7 @@ impl Info {
                 self.damaged_bytes += damaged.place.bytes.len() as u64;
                 self.place(bus, &damaged.place);
             }
-            Event::Lost(lost) => self.lost = self.lost.saturating_add(lost.count.max(1)),
+            Event::Lost(lost) => self.lost(bus, lost),
             Event::Identified { identified, .. } => {
                 let unit = self.unit(bus, identified.address);
                 unit.device = Some(identified.device.to_string());
@@ -146,7 +151,7 @@ impl Info {
             }
             Event::Transaction { transaction, .. } => {
                 self.outcomes[transaction.outcome as usize] += 1;
-                let is_service = self.service_addresses.contains(&transaction.address);
+                let is_service = self.service_addresses.0[usize::from(transaction.address)];
                 if !is_service && transaction.response.is_some_and(|side| !side.damaged) {
                     self.unit(bus, transaction.address).answers += 1;
                 }
@@ -176,11 +181,26 @@ impl Info {
         self.bytes += place.bytes.len() as u64;
         let Some(time) = place.time else { return };
         let Some(stretch) = self.inputs.iter_mut().rfind(|stretch| stretch.bus == bus) else { return };
-        let on_wire = stretch.line.character_ns().saturating_mul(place.bytes.len() as i64); // a run is far below 2^63
-        self.busy_ns = self.busy_ns.saturating_add(on_wire);
+        let on_wire = stretch.character_ns.saturating_mul(place.bytes.len() as i64); // a run is far below 2^63
+        stretch.busy_ns = stretch.busy_ns.saturating_add(on_wire);
+        if let Some(since) = stretch.hole_since.take() {
+            self.holes_ns = self.holes_ns.saturating_add((time.start.midpoint() - since).max(0));
+        }
         let (start, end) = (time.start.midpoint(), time.end.midpoint());
         let (first, last) = stretch.span.unwrap_or((start, end));
         stretch.span = Some((first.min(start), last.max(end)));
+    }
+
+    /// Takes that bytes are missing; of some nobody knows how many.
+    fn lost(&mut self, bus: &str, lost: &Lost) {
+        self.lost = self.lost.saturating_add(lost.count);
+        if lost.count > 0 {
+            return;
+        }
+        self.holes += 1;
+        if let Some(stretch) = self.inputs.iter_mut().rfind(|stretch| stretch.bus == bus) {
+            stretch.hole_since = stretch.hole_since.or(lost.time);
+        }
     }
 
     /// Returns the first and the last time of all inputs.
@@ -191,9 +211,18 @@ impl Info {
 
     /// Returns how much of the time the line was busy, in percent; `None` without times.
     fn load(&self) -> Option<f64> {
-        let spans = self.inputs.iter().filter_map(|stretch| stretch.span);
-        let duration = spans.map(|(start, end)| end - start).fold(0_i64, i64::saturating_add);
-        (duration > 0).then(|| self.busy_ns as f64 / duration as f64 * 100.0)
+        load(self.inputs.iter())
+    }
+
+    /// Returns the names of the buses, in the order of their beginning.
+    fn buses(&self) -> Vec<&str> {
+        let mut buses: Vec<&str> = Vec::new();
+        for stretch in &self.inputs {
+            if !buses.contains(&&*stretch.bus) {
+                buses.push(&stretch.bus);
+            }
+        }
+        buses
     }
 
     fn transactions(&self) -> u64 {
@@ -222,8 +251,7 @@ impl Info {
 
     /// Returns the line settings of all inputs, or `None` when they differ.
     fn line(&self) -> Option<LineSettings> {
-        let first = self.inputs.first()?.line;
-        self.inputs.iter().all(|stretch| stretch.line == first).then_some(first)
+        line(self.inputs.iter())
     }
 
     /// Returns the summary as one JSON object.
@@ -249,8 +277,11 @@ impl Info {
             start_ns: self.span().map(|(start, _)| start.as_ns()),
             end_ns: self.span().map(|(_, end)| end.as_ns()),
             line: self.line().map(|line| line.to_string()),
-            complete: self.lost == 0 && self.recordings.iter().all(|recording| recording.is_complete),
-            lost: self.lost,
+            complete: self.lost == 0
+                && self.holes == 0
+                && self.recordings.iter().all(|recording| recording.is_complete),
+            lost_bytes: self.lost,
+            holes: self.holes,
             busy: self.load().map(|percent| percent / 100.0),
             recordings: &self.recordings,
         };
@@ -273,22 +304,26 @@ impl Info {
             }
             None => writeln!(out, "times         none in this recording")?,
         }
-        for recording in &self.recordings {
-            writeln!(out, "recording     {recording}")?;
-        }
+        parts::write(&self.recordings, out)?;
         for (label, text) in self.said_of_buses() {
             writeln!(out, "{label:<13} {text}")?;
         }
-        match self.line() {
-            Some(line) => write!(out, "line          {line}")?,
-            None => write!(out, "line          differs between the inputs")?,
+        let buses = self.buses();
+        for bus in &buses {
+            let of_bus = || self.inputs.iter().filter(|stretch| stretch.bus == **bus);
+            let name = if buses.len() > 1 { format!("{bus}: ") } else { String::new() };
+            match line(of_bus()) {
+                Some(line) => write!(out, "line          {name}{line}")?,
+                None => write!(out, "line          {name}differs between the inputs")?,
+            }
+            match load(of_bus()) {
+                Some(load) => writeln!(out, ", {load:.1} % busy")?,
+                None => writeln!(out)?,
+            }
         }
-        if let Some(load) = self.load() {
-            write!(out, ", {load:.1} % busy")?;
-        }
-        writeln!(out, "\nbytes         {}", self.bytes)?;
-        if self.lost > 0 {
-            writeln!(out, "lost          {}", self.lost)?;
+        writeln!(out, "bytes         {}", self.bytes)?;
+        if let Some(lost) = self.lost_text() {
+            writeln!(out, "lost          {lost}")?;
         }
         writeln!(out, "frames        {}", self.frames)?;
         let share = self.damaged_bytes as f64 / self.bytes.max(1) as f64 * 100.0;
@@ -303,12 +338,30 @@ impl Info {
                 writeln!(out, "  {:<14}{count:>8} {share:>6.2} %", outcome.name())?;
             }
         }
-        writeln!(
-            out,
-            "devices       {}",
-            self.units().filter(|(_, _, unit)| unit.moved_to.is_none()).count()
-        )?;
-        for (_, address, unit) in self.units() {
+        self.write_devices(&buses, out)
+    }
+
+    /// Says how much is missing; `None` when nothing is.
+    fn lost_text(&self) -> Option<String> {
+        let holes = match (self.holes, self.holes_ns) {
+            (0, _) => return (self.lost > 0).then(|| words::bytes(self.lost)),
+            (1, 0) => "1 hole".to_owned(),
+            (1, ns) => format!("1 hole of {}", duration(ns)),
+            (count, 0) => format!("{count} holes"),
+            (count, ns) => format!("{count} holes of {} together", duration(ns)),
+        };
+        let known = if self.lost > 0 { format!("{}, and ", words::bytes(self.lost)) } else { String::new() };
+        Some(format!("{known}{} in {holes}", words::bytes(0)))
+    }
+
+    fn write_devices(&self, buses: &[&str], out: &mut String) -> fmt::Result {
+        let count = self.units().filter(|(_, _, unit)| unit.moved_to.is_none()).count();
+        writeln!(out, "devices       {count}")?;
+        let width = buses.iter().map(|bus| bus.chars().count()).max().unwrap_or(0);
+        for (bus, address, unit) in self.units() {
+            if buses.len() > 1 {
+                write!(out, "  {bus:<width$}")?;
+            }
             let device = unit.device.as_deref().unwrap_or("not recognised");
             let serial = unit.serial_number.as_deref().unwrap_or("-");
             write!(
@@ -327,30 +380,20 @@ impl Info {
     }
 }
 
-impl fmt::Display for Recording {
-    /// Says in a line what a recording says of itself.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match &self.session_id {
-            Some(id) => write!(f, "{id}, part {}, by {}, ", self.part_index, self.tool)?,
-            None => write!(f, "of no session, ")?,
-        }
-        match &self.end {
-            Some(reason) => write!(f, "closed ({reason})")?,
-            None => write!(f, "not closed")?,
-        }
-        if self.damage > 0 {
-            let (places, bytes) = (plural(self.damage), plural(self.damage_bytes));
-            write!(
-                f,
-                "; cannot be read in {} place{places}, {} byte{bytes}",
-                self.damage, self.damage_bytes
-            )?;
-        }
-        if self.lost_bytes > 0 {
-            write!(f, "; {} byte{} of the bus lost for it", self.lost_bytes, plural(self.lost_bytes))?;
-        }
-        Ok(())
+/// Returns the line settings of these, or `None` when they differ.
+fn line<'a>(mut stretches: impl Iterator<Item = &'a Stretch>) -> Option<LineSettings> {
+    let first = stretches.next()?.line;
+    stretches.all(|stretch| stretch.line == first).then_some(first)
+}
+
+/// Returns how much of the time the line of these was busy, in percent; `None` without times.
+fn load<'a>(stretches: impl Iterator<Item = &'a Stretch>) -> Option<f64> {
+    let (mut busy_ns, mut duration) = (0_i64, 0_i64);
+    for stretch in stretches {
+        busy_ns = busy_ns.saturating_add(stretch.busy_ns);
+        duration = duration.saturating_add(stretch.span.map_or(0, |(start, end)| end - start));
     }
+    (duration > 0).then(|| busy_ns as f64 / duration as f64 * 100.0)
 }
 
 /// Returns what a noun ends in behind a count.

@@ -188,7 +188,7 @@ impl Format for Pcapng {
                 sent(damaged.role, flags, comment, &damaged.place)
             }
             Event::Lost(lost) => {
-                let comment = Some(format!("{} bytes lost: {}", lost.count, lost.kind.name()));
+                let comment = Some(format!("{} lost: {}", super::words::bytes(lost.count), lost.kind.name()));
                 let event = event::CAPTURE_DATA_LOST;
                 Packet { time: lost.time, start: lost.time, event, bytes: &[], flags: 0, comment }
             }

@@ -40,25 +40,35 @@ pub type Judge = Box<dyn Fn(&str, &Event<'_>) -> bool + Send>;
 pub struct Passing {
     judge: Option<Judge>,
     transaction_passes: bool,
+    transactions: u64,
+    any_passed: bool,
 }
 
 impl Passing {
     /// Starts before the first event; without a judge all pass.
     pub fn new(judge: Option<Judge>) -> Self {
-        Passing { judge, transaction_passes: true }
+        Passing { judge, transaction_passes: true, transactions: 0, any_passed: false }
     }
 
     /// Tells whether an event passes; a reading does when its transaction does.
     pub fn passes(&mut self, bus: &str, event: &Event<'_>) -> bool {
-        match (&self.judge, event) {
+        let passes = match (&self.judge, event) {
             (None, _) => true,
             (Some(_), Event::Reading { .. }) => self.transaction_passes,
             (Some(judge), Event::Transaction { .. }) => {
+                self.transactions += 1;
                 self.transaction_passes = judge(bus, event);
                 self.transaction_passes
             }
             (Some(judge), _) => judge(bus, event),
-        }
+        };
+        self.any_passed |= passes;
+        passes
+    }
+
+    /// Returns of how many transactions none passed the filter, nor anything else; `None` when something did.
+    pub fn none_of(&self) -> Option<u64> {
+        (self.judge.is_some() && !self.any_passed).then_some(self.transactions)
     }
 }
 
@@ -67,6 +77,8 @@ pub struct Rows {
     show: Vec<Show>,
     format: Box<dyn Format>,
     is_filtered: bool,
+    /// Whether the filter asks for findings: then what one names passes with it.
+    asks_for_findings: bool,
     passing: Passing,
     gate: Gate,
     row: Vec<u8>,
@@ -81,11 +93,17 @@ impl Rows {
             show,
             format,
             is_filtered,
+            asks_for_findings: false,
             passing: Passing::new(judge),
             gate: Gate::default(),
             row: Vec::new(),
             says_environment: false,
         }
+    }
+
+    /// Says that the filter asks for findings: frames and damaged runs pass with a finding that names them.
+    pub fn asking_for_findings(self) -> Self {
+        Rows { asks_for_findings: true, ..self }
     }
 
     /// Appends what stands before the first row.
@@ -109,10 +127,17 @@ impl Rows {
             }
             return;
         }
-        if !is_shown && !matches!(event, Event::Transaction { .. }) {
+        let names_others = self.asks_for_findings && matches!(event, Event::Finding(_));
+        if !is_shown && !names_others && !matches!(event, Event::Transaction { .. }) {
             return;
         }
         let passes = self.passing.passes(bus, event);
+        if let Event::Finding(finding) = event
+            && names_others
+            && passes
+        {
+            self.gate.admit(&finding.frames);
+        }
         let verdict = match event {
             Event::Frame(frame) => Verdict::Awaits { frame: frame.place.id, alone: passes },
             Event::Damaged(damaged) => Verdict::Awaits { frame: damaged.place.id, alone: passes },
@@ -141,6 +166,11 @@ impl Rows {
         if let Event::Reading { reading, .. } = event {
             self.says_environment |= reading.needs_environment();
         }
+    }
+
+    /// Returns of how many transactions none passed the filter, nor anything else; `None` when something did.
+    pub fn none_of(&self) -> Option<u64> {
+        self.passing.none_of()
     }
 
     /// Tells whether a reading was shown that depends on salinity and air pressure.

@@ -80,7 +80,16 @@ pub fn outcome(row: &Transaction<'_>) -> Option<String> {
 
 /// Says what was lost, and where.
 pub fn lost(lost: &Lost) -> String {
-    format!("{} bytes lost ({}) before byte {}", lost.count, lost.kind.name(), lost.stream_offset)
+    format!("{} lost ({}) before byte {}", bytes(lost.count), lost.kind.name(), lost.stream_offset)
+}
+
+/// Says how many bytes were lost, of which 0 is the number that nobody knows.
+pub fn bytes(count: u64) -> String {
+    match count {
+        0 => "an unknown number of bytes".to_owned(),
+        1 => "1 byte".to_owned(),
+        count => format!("{count} bytes"),
+    }
 }
 
 /// Returns the fields that are sure, then those of the likeliest reading, each with the mark it is shown with.
@@ -195,10 +204,21 @@ pub fn arrow(role: Role) -> char {
 
 /// Writes a length of time in milliseconds with its error, such as `18.4 ±0.3 ms`.
 pub fn latency(span: Option<Span>) -> String {
-    let ms = |ns: i64| ns as f64 / MILLISECOND as f64;
     match span {
-        Some(span) => format!("{:.1} ±{:.1} ms", ms(span.midpoint()), ms(span.half_width())),
+        Some(span) => format!("{} ±{} ms", Tenths(span.midpoint()), Tenths(span.half_width())),
         None => String::new(),
+    }
+}
+
+/// Shows nanoseconds as milliseconds with a decimal.
+struct Tenths(i64);
+
+impl fmt::Display for Tenths {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let tenth = MILLISECOND.unsigned_abs() / 10;
+        let tenths = (self.0.unsigned_abs() + tenth / 2) / tenth;
+        let sign = if self.0 < 0 && tenths > 0 { "-" } else { "" };
+        write!(f, "{sign}{}.{}", tenths / 10, tenths % 10)
     }
 }
 

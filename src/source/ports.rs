@@ -15,7 +15,7 @@ pub struct Port {
     pub group: Option<String>,
     /// Its permissions, as chmod(1) counts them.
     pub mode: Option<u32>,
-    /// Which other program has it open, as far as we may know.
+    /// Which other programs have it open, as far as we may know, with commas between.
     pub in_use_by: Option<String>,
     /// Why this user may not open it, and what to do; `None` when nothing is in the way.
     pub obstacle: Option<String>,

@@ -27,8 +27,8 @@ fn an_input_that_cannot_be_read_is_named() {
         refuses(&[command, &path("comments")], b"", "comments' is empty");
         refuses(&[command, &path("missing")], b"", "missing': No such file");
         refuses(&[command, &path("")], b"", "it is a directory");
-        refuses(&[command, &path("mcap")], b"", "no recording of a bus");
-        refuses(&[command, "-", "--input-format", "mcap"], b"01", "no recording of a bus");
+        refuses(&[command, &path("mcap")], b"", "ends before the first byte of a bus");
+        refuses(&[command, "-", "--input-format", "mcap"], b"01", "is no MCAP file");
         refuses(&[command, "-"], b"", "'standard input' is empty");
         refuses(&[command, "-", "--input-format", "raw"], b"", "'standard input' is empty");
     }
@@ -110,7 +110,7 @@ fn numbers_out_of_range_are_refused() {
     refuses(&["simulate", "-o", "-", "--adapter", "nothing"], b"", "nothing");
     refuses(&["simulate", "-o", "/nowhere/bus.hex"], b"", "/nowhere/bus.hex");
     refuses(&["simulate", "-o", "/nowhere/bus.mcap"], b"", "/nowhere/bus.mcap");
-    refuses(&["demo", "--duration", "0"], b"", "0 is not in 1..");
+    refuses(&["demo", "--duration", "0"], b"", "not within 1s to 1d");
     refuses(&["listen", "/nowhere/port"], b"", "/nowhere/port");
     refuses(&["listen", "a=-", "a=/nowhere/port"], b"", "two buses are called 'a'");
     refuses(&["listen", "-", "b=-"], b"", "'-' was given twice");

@@ -10,9 +10,11 @@ mod input;
 mod ports;
 mod profiles;
 mod recordings;
+mod redact;
 mod rows;
 mod verify;
 mod wireshark;
+mod words;
 
 use assert_cmd::Command;
 

@@ -35,14 +35,7 @@ fn config(scenario: &str, line: LineSettings, adapter: Adapter, seed: u64, frame
 /// Returns what was told, each with its time from the beginning in seconds.
 fn told(line: LineSettings, reads: impl IntoIterator<Item = Read>, after_ns: i64) -> Vec<(f64, Diagnosis)> {
     let profiles = Arc::new(Profiles::built_in());
-    let options = Options {
-        line,
-        adapter_hold_ns: None,
-        first_frame_id: 0,
-        first_transaction_id: 0,
-        readings: false,
-        findings: false,
-    };
+    let options = Options::new(line, None);
     let devices = Devices::new(Arc::clone(&profiles), Environment::default());
     let mut pipeline = Pipeline::new(options, devices, profiles.shapes());
     let (mut connection, mut told) = (Connection::new(BEGIN), Vec::new());

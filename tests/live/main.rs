@@ -12,3 +12,4 @@ mod lines;
 mod masters;
 mod screen;
 mod terminal;
+mod verify;

@@ -65,6 +65,29 @@ fn every_signal_gives_the_terminal_back_and_keeps_the_session() {
 }
 
 #[test]
+fn suspended_by_key_or_signal_it_gives_the_terminal_back_until_the_shell_goes_on() {
+    let home = home();
+    let mut terminal = Terminal::start_in_shell(
+        &["replay", "captures/installation.mcap"],
+        "echo stopped once; fg; echo stopped twice; fg; echo over",
+        home.path(),
+    );
+    let is_shown =
+        |screen: &vt100::Screen| screen.alternate_screen() && screen.contents().contains("Traffic");
+    terminal.wait_until("the recording is shown", is_shown);
+    terminal.press("\x1a");
+    terminal.wait_until("the shell is back", |screen| screen.contents().contains("stopped once"));
+    terminal.wait_until("the recording is shown again", is_shown);
+    terminal.signal_child(Signal::TSTP);
+    terminal.wait_until("the shell is back", |screen| screen.contents().contains("stopped twice"));
+    terminal.wait_until("the recording is shown again", is_shown);
+    terminal.press("q");
+    terminal.wait();
+    assert!(terminal.contents().contains("over"), "{}", terminal.contents());
+    terminal.assert_restored();
+}
+
+#[test]
 fn a_session_is_kept_unless_that_is_refused_and_notes_with_it() {
     let (home, mut bus) = (home(), Bus::new());
     let mut terminal = Terminal::start(&["listen", &bus.path, "--line", "9600-8N1"], home.path());

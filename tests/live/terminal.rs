@@ -15,6 +15,10 @@ fn some(count: u16) -> NonZero<u16> {
     NonZero::new(count).expect("a terminal has lines and columns")
 }
 
+fn program() -> String {
+    std::env::var("RTUTAP_BIN").unwrap_or_else(|_| env!("CARGO_BIN_EXE_rtutap").to_owned())
+}
+
 /// Is a terminal with the program in it.
 pub struct Terminal {
     master: Box<dyn MasterPty + Send>,
@@ -28,9 +32,20 @@ pub struct Terminal {
 impl Terminal {
     /// Runs the program with these arguments; what it keeps is kept below `home`.
     pub fn start(args: &[&str], home: &Path) -> Self {
-        let program = std::env::var("RTUTAP_BIN").unwrap_or_else(|_| env!("CARGO_BIN_EXE_rtutap").to_owned());
-        let mut command = CommandBuilder::new(program);
+        let mut command = CommandBuilder::new(program());
         command.args(args);
+        Terminal::start_at(home, command)
+    }
+
+    /// Runs the program as a job of a shell, which goes on with `afterwards` whenever the job stops or ends.
+    pub fn start_in_shell(args: &[&str], afterwards: &str, home: &Path) -> Self {
+        let mut command = CommandBuilder::new("sh");
+        command.args(["-m", "-c", &format!("'{}' {}; {afterwards}", program(), args.join(" "))]);
+        command.cwd(env!("CARGO_MANIFEST_DIR"));
+        Terminal::start_at(home, command)
+    }
+
+    fn start_at(home: &Path, mut command: CommandBuilder) -> Self {
         command.env("TERM", "xterm-256color");
         command.env("TZ", "UTC");
         command.env("XDG_STATE_HOME", home);
@@ -76,6 +91,14 @@ impl Terminal {
     pub fn signal(&self, signal: Signal) {
         let pid = self.child.process_id().and_then(|pid| Pid::from_raw(i32::try_from(pid).expect("small")));
         kill_process(pid.expect("a process"), signal).expect("a program that runs");
+    }
+
+    /// Signals the program that was started by a shell.
+    pub fn signal_child(&self, signal: Signal) {
+        let path = format!("/proc/{0}/task/{0}/children", self.pid());
+        let children = std::fs::read_to_string(path).expect("a shell that runs");
+        let pid = children.split_whitespace().next().and_then(|pid| Pid::from_raw(pid.parse().ok()?));
+        kill_process(pid.expect("a job"), signal).expect("a program that runs");
     }
 
     pub fn pid(&self) -> u32 {

@@ -101,8 +101,12 @@ impl Original {
                 let holds = self.intact(&place).all(|wanted| there.any(|message| message == *wanted));
                 assert!(holds, "{what}: a message of an intact chunk is not there, or not in its place");
             }
-            Err(RecoverError::Nothing) => {
-                assert!(chunks(&found).is_empty() && self.intact(&place).next().is_none(), "{what}");
+            Err(RecoverError::Nothing | RecoverError::Silent) => {
+                let is_raw = |(topic, ..): &&Seen| topic == "/bus0/raw";
+                assert!(
+                    chunks(&found).is_empty() && !self.intact(&place).any(|seen| is_raw(&seen)),
+                    "{what}"
+                );
             }
             Err(error) => panic!("{what}: {error}"),
         }
@@ -175,7 +179,7 @@ fn a_changed_byte_costs_one_chunk_at_most() {
 #[test]
 #[ignore = "takes a while"]
 fn samples_cut_and_changed_at_200_places_each() {
-    for name in ["installation.mcap", "troubled.mcap"] {
+    for name in ["installation.mcap", "troubled.mcap", "good-master.mcap", "mistaken-master.mcap"] {
         let path: PathBuf = [env!("CARGO_MANIFEST_DIR"), "captures", name].iter().collect();
         #[expect(clippy::disallowed_methods, reason = "recordings are files")]
         let original = Original::of(fs::read(path).expect("a sample"));
@@ -233,6 +237,8 @@ fn a_recording_cut_before_its_first_bytes_says_so() {
             Err(error) => break error.to_string(),
         }
     };
-    assert!(error.starts_with("no byte of a bus can be read from"), "{error}");
-    assert!(error.ends_with("the file ends within a record"), "{error}");
+    assert!(
+        error.ends_with("is an unfinished recording that ends before the first byte of a bus"),
+        "{error}"
+    );
 }

@@ -200,3 +200,20 @@ fn other_peoples_files_are_named_by_what_they_hold() {
     let error = rtutap::capture::Input::open(&path, None).err().expect("no recording of a bus");
     assert!(error.hint().contains("/pose (Pose)"), "{}", error.hint());
 }
+
+#[test]
+fn one_wrong_byte_never_costs_more_than_32_kb_or_half_a_minute() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let path = directory.path().join("a.mcap");
+    // Polled slowly, time ends a chunk; with a flood of bytes their number does.
+    for (scenario, adapter, least) in [("installation", Adapter::Ftdi16, 20), ("tight", Adapter::Usb1, 2)] {
+        let reads = reads(scenario, adapter, 1500);
+        record(&path, Options::default(), &reads);
+        let summary = summary(&path);
+        assert!(summary.chunk_indexes.len() >= least, "{scenario}: {}", summary.chunk_indexes.len());
+        for chunk in &summary.chunk_indexes {
+            assert!(chunk.message_end_time - chunk.message_start_time < 30 * SECOND as u64, "{scenario}");
+            assert!(chunk.uncompressed_size < 40_000, "{scenario}: {}", chunk.uncompressed_size);
+        }
+    }
+}

@@ -79,14 +79,7 @@ struct Found {
 }
 
 pub fn pipeline(line: LineSettings, adapter_hold_ns: Option<i64>) -> Pipeline {
-    let options = Options {
-        line,
-        adapter_hold_ns,
-        first_frame_id: 0,
-        first_transaction_id: 0,
-        readings: false,
-        findings: false,
-    };
+    let options = Options::new(line, adapter_hold_ns);
     let profiles = Profiles::built_in();
     let shapes = profiles.shapes();
     Pipeline::new(options, Devices::new(Arc::new(profiles), Environment::default()), shapes)

@@ -27,14 +27,15 @@ pub fn profiles() -> Arc<Profiles> {
 
 /// Makes a pipeline that knows the built-in profiles and has seen nothing.
 pub fn pipeline(line: LineSettings, adapter_hold_ns: Option<i64>) -> Pipeline {
-    let options = Options {
-        line,
-        adapter_hold_ns,
-        first_frame_id: 0,
-        first_transaction_id: 0,
-        readings: true,
-        findings: false,
-    };
+    let options = Options { readings: true, ..Options::new(line, adapter_hold_ns) };
+    let profiles = profiles();
+    let shapes = profiles.shapes();
+    Pipeline::new(options, Devices::new(profiles, Environment::default()), shapes)
+}
+
+/// Makes a pipeline that judges what it decodes, and gives no readings.
+pub fn judging_pipeline(line: LineSettings) -> Pipeline {
+    let options = Options { findings: true, ..Options::new(line, None) };
     let profiles = profiles();
     let shapes = profiles.shapes();
     Pipeline::new(options, Devices::new(profiles, Environment::default()), shapes)

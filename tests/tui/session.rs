@@ -38,14 +38,7 @@ impl Source {
         let profiles = Arc::new(Profiles::built_in());
         let devices = Devices::new(Arc::clone(&profiles), Environment::default());
         let adapter_hold_ns = Some(adapter.hold_ns(line));
-        let options = Options {
-            line,
-            adapter_hold_ns,
-            first_frame_id: 0,
-            first_transaction_id: 0,
-            readings: false,
-            findings: false,
-        };
+        let options = Options::new(line, adapter_hold_ns);
         let mut feed = Feed::new(Labels::new(&profiles));
         feed.begin(BusFacts {
             name: "bus0".to_owned(),

@@ -29,14 +29,8 @@ fn hour(script: &'static Script, scenario: Scenario, seed: u64, spoil: impl Fn(&
     let config =
         Config { seed, frames: 1_000_000, line: LineSettings::default(), adapter: Adapter::Ftdi16, scenario };
     let profiles = Arc::new(Profiles::built_in());
-    let options = Options {
-        line: config.line,
-        adapter_hold_ns: Some(config.adapter.hold_ns(config.line)),
-        first_frame_id: 0,
-        first_transaction_id: 0,
-        readings: false,
-        findings: true,
-    };
+    let options =
+        Options { findings: true, ..Options::new(config.line, Some(config.adapter.hold_ns(config.line))) };
     let shapes = profiles.shapes();
     let mut pipeline = Pipeline::new(options, Devices::new(profiles, Environment::default()), shapes);
     let mut hour = Hour { findings: Vec::new(), places: Vec::new(), truth: Vec::new() };

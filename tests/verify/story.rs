@@ -47,14 +47,7 @@ impl Story {
             known.assign(address.parse().expect("an address"), id).expect("a profile");
         }
         let line = line.parse().expect("line settings");
-        let options = Options {
-            line,
-            adapter_hold_ns: hold_ns,
-            first_frame_id: 0,
-            first_transaction_id: 0,
-            readings: true,
-            findings: true,
-        };
+        let options = Options { readings: true, findings: true, ..Options::new(line, hold_ns) };
         let shapes = profiles.shapes();
         Story {
             pipeline: Pipeline::new(options, known, shapes),

@@ -34,14 +34,7 @@ fn heard(said: &[Said<'_>], hold: i64, mut take: impl FnMut(&Event<'_>)) {
     let line = LineSettings::default();
     let profiles = Arc::new(Profiles::built_in());
     let shapes = profiles.shapes();
-    let options = Options {
-        line,
-        adapter_hold_ns: Some(hold * MILLISECOND),
-        first_frame_id: 0,
-        first_transaction_id: 0,
-        readings: false,
-        findings: false,
-    };
+    let options = Options::new(line, Some(hold * MILLISECOND));
     let mut pipeline = Pipeline::new(options, Devices::new(profiles, Environment::default()), shapes);
     for &(at, request, response, latency) in said {
         let start = 1_000_000 * SECOND + at * MILLISECOND;

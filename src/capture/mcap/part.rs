@@ -14,7 +14,13 @@ use mcap::{Attachment, Compression, McapResult, WriteOptions, Writer};
 /// At how many bytes of messages a chunk is closed.
 ///
 /// Small, for a chunk is what one wrong byte costs, and what is read for a moment of time.
-const CHUNK: usize = 256 * 1024;
+const CHUNK: usize = 32 * 1024;
+/// How long a chunk is at most, from its first message to its last, in nanoseconds.
+const CHUNK_NS: u64 = 30 * 1_000_000_000;
+/// After so many chunks they become twice as large, for each costs memory until the end: about 2 kB with 28 channels.
+const CHUNKS_OF_A_SIZE: u64 = 8192;
+/// How often they do: from 32 kB to 256 kB, and from 30 s to 4 min.
+const MOST_DOUBLINGS: u64 = 3;
 /// Bytes of a message record beside its payload.
 const MESSAGE_OVERHEAD: usize = 31;
 
@@ -46,6 +52,8 @@ pub(super) struct Part {
     temporary: PathBuf,
     /// Bytes of messages in the chunk that is open.
     open: usize,
+    /// The log time of its first message.
+    opened: Option<u64>,
     chunks: u64,
 }
 
@@ -78,7 +86,16 @@ impl Part {
             .library(concat!("rtutap ", env!("CARGO_PKG_VERSION")))
             .create(NoSeek::new(counted));
         let writer = writer.map_err(io::Error::other)?;
-        Ok(Part { writer: Some(writer), file, written, path: path.into(), temporary, open: 0, chunks: 0 })
+        Ok(Part {
+            writer: Some(writer),
+            file,
+            written,
+            path: path.into(),
+            temporary,
+            open: 0,
+            opened: None,
+            chunks: 0,
+        })
     }
 
     /// Returns the name the file will have.
@@ -146,13 +163,21 @@ impl Part {
 
     /// Writes a message; tells whether that closed a chunk.
     pub(super) fn message(&mut self, header: &MessageHeader, payload: &[u8]) -> io::Result<bool> {
+        let growth = (self.chunks / CHUNKS_OF_A_SIZE).min(MOST_DOUBLINGS);
+        let opened = self.opened.unwrap_or(header.log_time);
+        let is_late = header.log_time.saturating_sub(opened) >= CHUNK_NS << growth;
+        if is_late {
+            self.flush()?;
+        }
+        self.opened.get_or_insert(header.log_time);
         self.writer(|writer| writer.write_to_known_channel(header, payload))?;
         self.open += MESSAGE_OVERHEAD + payload.len();
-        if self.open < CHUNK {
-            return Ok(false);
+        let is_full = self.open >= CHUNK << growth;
+        if is_full {
+            self.flush()?;
         }
-        self.flush()?;
-        Ok(true)
+        // Of a late one the message that came too late is in the next chunk.
+        Ok(is_full)
     }
 
     /// Writes facts about the recording; a chunk that is open is closed.
@@ -186,6 +211,7 @@ impl Part {
         if std::mem::take(&mut self.open) > 0 {
             self.chunks += 1;
         }
+        self.opened = None;
         self.writer(Writer::flush)
     }
 

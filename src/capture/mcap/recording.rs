@@ -8,7 +8,7 @@ use std::io::{self, Read, Seek, SeekFrom};
 
 use super::RECOVERED;
 use super::index::{Index, Plan};
-use super::messages::{Content, Damage, Messages};
+use super::messages::{Cause, Content, Damage, Messages};
 use super::state::{Bus, State};
 use super::time::Anchor;
 use crate::capture::Item;
@@ -56,6 +56,20 @@ impl Facts {
     pub fn is_complete(&self) -> bool {
         let is_closed = self.end.as_ref().is_some_and(|reason| reason != RECOVERED);
         self.is_indexed && is_closed && self.damage_count == 0 && self.lost_bytes == 0
+    }
+
+    /// Takes back that it ends within a record: whoever is writing it is about to go on.
+    pub fn forget_cut(&mut self) {
+        if let Some(cut) = self.damage.pop_if(|damage| damage.cause == Cause::Cut) {
+            self.damage_count = self.damage_count.saturating_sub(1);
+            self.damage_bytes = self.damage_bytes.saturating_sub(cut.length);
+        }
+    }
+
+    /// Tells whether nothing is wrong with the file but that it ends where it should go on.
+    pub fn ends_early(&self) -> bool {
+        let is_cut = |damage: &Damage| damage.cause == Cause::Cut;
+        !self.is_indexed && self.end.is_none() && self.damage.iter().all(is_cut)
     }
 
     /// Tells whether another file continues this one: a later part of the same session.

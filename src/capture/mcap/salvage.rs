@@ -1,6 +1,6 @@
 //! Rewrites a damaged or unfinished file: every message that can be read, in a file that is whole.
 //!
-//! Messages are copied as they are, whatever they mean, so that other people's MCAP files can be mended, too.
+//! Messages are copied as they are, whatever they mean, so that channels that others added stay.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -46,6 +46,12 @@ pub enum RecoverError {
     /// There is no message in it that can be read.
     #[error("there is not one message in it that can be read")]
     Nothing,
+    /// Its messages are those of another program.
+    #[error("it is an MCAP file, but no recording of a bus")]
+    Foreign,
+    /// It is a recording, but has no byte of a bus.
+    #[error("it is a recording, but there is not a byte of a bus in it")]
+    Silent,
 }
 
 /// Copies what can be read of a file to a new one; the file itself is only read.
@@ -220,18 +226,19 @@ impl Copy {
         if self.messages == 0 {
             return Err(RecoverError::Nothing);
         }
+        if !self.state.has_own_channel() && self.state.facts.session.is_none() {
+            return Err(RecoverError::Foreign);
+        }
         self.state.finish();
         let bytes = self.state.bytes();
-        if self.state.has_raw_channel() {
-            let lost = self.state.facts.lost_bytes.saturating_add(self.state.bytes_lost_before());
-            let end = [
-                ("reason", self.reason()),
-                ("bytes_total", bytes.to_string()),
-                ("bytes_lost", lost.to_string()),
-            ];
-            let end = end.map(|(key, value)| (key.to_owned(), value)).into();
-            self.part.metadata(END_METADATA, end).map_err(RecoverError::Write)?;
+        if bytes == 0 {
+            return Err(RecoverError::Silent);
         }
+        let lost = self.state.facts.lost_bytes.saturating_add(self.state.bytes_lost_before());
+        let end =
+            [("reason", self.reason()), ("bytes_total", bytes.to_string()), ("bytes_lost", lost.to_string())];
+        let end = end.map(|(key, value)| (key.to_owned(), value)).into();
+        self.part.metadata(END_METADATA, end).map_err(RecoverError::Write)?;
         self.part.finish(true).map_err(RecoverError::Write)?;
         Ok(Recovered { facts: self.state.facts, messages: self.messages, bytes })
     }

@@ -137,10 +137,6 @@ impl State {
         self.bytes_lost_before
     }
 
-    pub(super) fn has_raw_channel(&self) -> bool {
-        self.topics.iter().any(|topic| matches!(topic, Topic::Raw(_)))
-    }
-
     /// Tells whether any channel is one of a recording of a bus.
     pub(super) fn has_own_channel(&self) -> bool {
         self.topics.iter().any(|topic| *topic != Topic::Other)

@@ -66,7 +66,7 @@ impl Writer {
                 show = vec![Show::Frames];
                 let remarks = remarks(args);
                 let remark = (!remarks.is_empty()).then(|| remarks.join("; "));
-                Box::new(Pcapng::new(link_type(args.link_type), remark))
+                Box::new(Pcapng::new(link_type(args.link_type.unwrap_or(LinkKind::RtacSerial)), remark))
             }
         };
         Ok(Writer::Rows(Rows::new(show, format, judge)))
@@ -144,6 +144,17 @@ impl Writer {
             Writer::Parquet { table, .. } => table.drain(out).map_err(Failure::new)?,
         }
         Ok(())
+    }
+
+    /// Returns of how many transactions none passed the filter, nor anything else; `None` when something did.
+    pub(super) fn none_of(&self) -> Option<u64> {
+        match self {
+            Writer::Rows(rows) => rows.none_of(),
+            Writer::Hex { reads, .. } => reads.none_of(),
+            Writer::Wide { passing, .. } => passing.none_of(),
+            #[cfg(feature = "parquet")]
+            Writer::Parquet { passing, .. } => passing.none_of(),
+        }
     }
 
     /// Writes the rest.

@@ -69,6 +69,19 @@ impl Floor {
     }
 }
 
+/// Returns how many bytes the disk holds on which a file is to lie; `None` where the system does not say.
+pub(super) fn capacity(file: &Path) -> Option<u64> {
+    #[cfg(unix)]
+    return rustix::fs::statvfs(super::target::directory(file))
+        .ok()
+        .map(|disk| disk.f_blocks.saturating_mul(disk.f_frsize));
+    #[cfg(not(unix))]
+    return {
+        let _ = file;
+        None
+    };
+}
+
 /// Is the disk of this host, with the recordings beside one.
 pub(super) struct SystemDisk {
     /// The files that belong to this recording, or to others in its directory.

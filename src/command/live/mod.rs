@@ -44,6 +44,8 @@ use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::{Receiver, Sender, channel, sync_channel};
 use std::thread::{Builder, JoinHandle};
 
+use indicatif::DecimalBytes;
+
 use super::failure::Failure;
 use super::journal::Journal;
 use super::output::Output;
@@ -214,8 +216,13 @@ fn tape(
     is_patient: bool,
     ring: Option<Ring>,
 ) -> Result<Taping, Failure> {
-    let Recording { path, mut options, min_free, drop_oldest, raw_only, .. } = recording;
+    let Recording { path, mut options, min_free, drop_oldest, raw_only, is_all, .. } = recording;
     let target = Target::new(&path, begun)?;
+    if let Some(capacity) = disk::capacity(&target.path).filter(|capacity| is_all && min_free > *capacity) {
+        let (floor, capacity) = (DecimalBytes(min_free), DecimalBytes(capacity));
+        let message = format!("--min-free {floor} can never be met: the whole disk has {capacity}");
+        return Err(Failure::hinted(message, "give less, or 0 to record until the disk is full"));
+    }
     for path in target.left_over() {
         let whole = path.with_extension("");
         Notice::Warning(format!("'{}' was never finished", path.display())).say();

@@ -5,6 +5,7 @@ use std::sync::mpsc::{Receiver, SyncSender, TrySendError};
 use super::super::failure::Failure;
 use super::super::output::Output;
 use super::super::printing::Printing;
+use crate::capture::mcap::BusSettings;
 use crate::pipeline::Event;
 
 /// How many bytes of rows wait for whoever reads them.
@@ -28,6 +29,10 @@ impl RowStream {
         let mut buffer = Vec::new();
         printing.heading(&mut buffer);
         RowStream { printing, buffer, queue, may_drop, dropped: 0 }
+    }
+
+    pub(super) fn begin(&mut self, settings: &BusSettings) {
+        self.printing.begin(settings, &mut self.buffer);
     }
 
     pub(super) fn event(&mut self, bus: &str, event: &Event<'_>) {

@@ -125,6 +125,6 @@ pub(in crate::command) fn setup(
         readings,
         findings: readings,
         decodes,
-        redacts: false,
+        secrets: None,
     })
 }

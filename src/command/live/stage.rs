@@ -50,6 +50,9 @@ impl Sink for Stage {
                 origin.settings.adapter_hold_ns.is_some(),
             );
         }
+        if let Some(rows) = &mut self.rows {
+            rows.begin(&origin.settings);
+        }
         if let Some(tape) = &mut self.tape {
             tape.begin(origin.settings.clone());
         }

@@ -7,6 +7,7 @@ use indicatif::{HumanBytes, ProgressBar, ProgressStyle};
 use super::super::ui::{Teller, Word};
 use super::notice::Notice;
 use super::tally::Tally;
+use crate::report::words;
 use crate::time::SECOND;
 
 /// Shows the line; indicatif draws on a terminal only.
@@ -92,7 +93,8 @@ fn text(elapsed_ns: i64, tally: &Tally, file: Option<&Path>, decodes: bool) -> S
 pub(in crate::command) fn counts(tally: &Tally, decodes: bool) -> String {
     let mut text = HumanBytes(tally.bytes).to_string();
     if decodes {
-        text += &format!("  {} frames  {} damaged", tally.frames, tally.damaged);
+        let runs = if tally.damaged == 1 { "run" } else { "runs" };
+        text += &format!("  {} frames  {} damaged {runs}, kept", tally.frames, tally.damaged);
     }
     let errors = match tally.line_errors {
         0 if !tally.counts_line_errors() => "line errors not available".to_owned(),
@@ -101,7 +103,12 @@ pub(in crate::command) fn counts(tally: &Tally, decodes: bool) -> String {
     text += "  ";
     text += &errors;
     if tally.lost > 0 {
-        text += &format!("  {} bytes lost", tally.lost);
+        text += &format!("  {} lost", words::bytes(tally.lost));
+    }
+    match tally.holes {
+        0 => {}
+        1 => text += "  1 hole of unknown size",
+        holes => text += &format!("  {holes} holes of unknown size"),
     }
     text
 }
@@ -116,10 +123,10 @@ mod tests {
         let said = text(3_725 * SECOND, &tally, Some(Path::new("a.mcap.part")), true);
         assert_eq!(
             said,
-            "1:02:05  2.00 KiB  12 frames  1 damaged  line errors not available  load 0 %  a.mcap.part"
+            "1:02:05  2.00 KiB  12 frames  1 damaged run, kept  line errors not available  load 0 %  a.mcap.part"
         );
-        (tally.line_errors, tally.lost) = (3, 7);
+        (tally.line_errors, tally.lost, tally.holes) = (3, 7, 2);
         let said = text(0, &tally, None, false);
-        assert_eq!(said, "0:00:00  2.00 KiB  3 line errors  7 bytes lost  load 0 %");
+        assert_eq!(said, "0:00:00  2.00 KiB  3 line errors  7 bytes lost  2 holes of unknown size  load 0 %");
     }
 }

@@ -22,6 +22,8 @@ pub(in crate::command) struct Tally {
     pub(in crate::command) line_errors: u64,
     /// Bytes that are missing, as far as anybody counted.
     pub(in crate::command) lost: u64,
+    /// How often an unknown number of bytes is missing.
+    pub(in crate::command) holes: u64,
     pub(super) buses: Vec<BusTally>,
     /// Each second, how long all buses together had been busy until then, in nanoseconds.
     pub(super) seconds: VecDeque<(Timestamp, i64)>,
@@ -59,7 +61,10 @@ impl Tally {
                     bus.busy_ns = bus.busy_ns.saturating_add(bus.character_ns.saturating_mul(length));
                 }
             }
-            Item::Lost { lost, .. } => self.lost = self.lost.saturating_add(lost.count),
+            Item::Lost { lost, .. } => {
+                self.lost = self.lost.saturating_add(lost.count);
+                self.holes += u64::from(lost.count == 0);
+            }
             Item::Line(_) | Item::Silence { .. } | Item::Clock { .. } => {}
         }
     }

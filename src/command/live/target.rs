@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 
 use chrono::DateTime;
 
+use super::super::being_written::is_being_written;
 use super::super::failure::Failure;
+use super::super::output::check_mcap;
 use crate::time::Timestamp;
 
 /// What the files in a directory begin with.
@@ -36,6 +38,7 @@ impl Target {
             let path = free.into_iter().find(|path| !path.exists() && !unfinished(path).exists());
             Target { path: path.unwrap_or_else(|| given.into()), is_named_by_time: true }
         } else {
+            check_mcap(given, "a recorder")?;
             Target { path: given.into(), is_named_by_time: false }
         };
         let name = target.path.display();
@@ -93,23 +96,6 @@ fn unfinished(path: &Path) -> PathBuf {
 fn files(directory: &Path) -> Vec<PathBuf> {
     let Ok(entries) = fs::read_dir(directory) else { return Vec::new() };
     entries.filter_map(|entry| Some(entry.ok()?.path())).filter(|path| path.is_file()).collect()
-}
-
-/// Tells whether a recorder holds the lock on its file.
-#[cfg(unix)]
-fn is_being_written(path: &Path) -> bool {
-    use rustix::fs::{FlockOperation, flock};
-
-    #[expect(clippy::disallowed_methods, reason = "only the lock is looked at")]
-    let file = fs::File::open(path);
-    file.is_ok_and(|file| {
-        flock(&file, FlockOperation::NonBlockingLockShared) == Err(rustix::io::Errno::WOULDBLOCK)
-    })
-}
-
-#[cfg(not(unix))]
-fn is_being_written(_path: &Path) -> bool {
-    false
 }
 
 #[cfg(test)]

@@ -19,7 +19,7 @@ pub(super) fn run(args: &cli::NewProfile) -> Result<(), Failure> {
     }
     let profiles = bus::profiles(&args.bus.equipment.profiles, &args.bus.inputs)?;
     let mut collector = Collector::default();
-    bus::read(&args.bus, &profiles, Wanted::default(), &mut collector, |_| {})?;
+    bus::read(&args.bus, &profiles, Wanted::default(), &mut collector, |_, _| {})?;
     let draft = collector.drafter.draft(args.address).map_err(|error| {
         let hint = hint(&error);
         Failure::hinted(error, hint)

@@ -6,6 +6,8 @@
 //! messages ─▶ Teller ───┘      └▶ draw, on change, at most thirty times a second
 //! ```
 
+#[cfg(unix)]
+mod job;
 mod options;
 mod player;
 mod session;
@@ -54,8 +56,12 @@ pub(super) fn run(
     let screen = Screen::open(app.has_mouse).map_err(failed)?;
     message::show_on(Some(teller.clone()));
     let reader = teller.clone();
+    #[cfg(unix)]
+    job::hear_stops(teller.clone()).map_err(failed)?;
     let thread = Builder::new().name("terminal".to_owned()).spawn(move || listen(&reader));
-    let shown = thread.and_then(|_| Loop { app, screen, teller, clock, is_over: false }.run(heard, outside));
+    let shown = thread.and_then(|_| {
+        Loop { app, screen, teller, clock, has_asked_to_stop: false, is_over: false }.run(heard, outside)
+    });
     message::show_on(None);
     shown.map_err(failed)
 }
@@ -73,6 +79,8 @@ struct Loop<'a> {
     screen: Screen,
     teller: &'a Teller,
     clock: Arc<dyn Clock>,
+    /// Whether the program has asked its own job to stop: it hears that too.
+    has_asked_to_stop: bool,
     is_over: bool,
 }
 
@@ -135,6 +143,8 @@ impl Loop<'_> {
                     trouble: None,
                 }))
             }
+            Word::Suspend if std::mem::take(&mut self.has_asked_to_stop) => return Ok(()),
+            Word::Suspend => return self.suspend(false),
             Word::Ended => {
                 self.is_over = true;
                 return Ok(());
@@ -156,17 +166,7 @@ impl Loop<'_> {
             Effect::Redraw => self.screen.forget(),
             Effect::Mouse(is_ours) => self.screen.set_mouse(is_ours),
             Effect::Copy(text) => self.screen.copy(&text),
-            Effect::Suspend => {
-                let before = self.clock.monotonic_ns();
-                self.screen.suspend()?;
-                let seconds = self.clock.monotonic_ns().saturating_sub(before) / 1_000_000_000;
-                let text =
-                    format!("suspended for {seconds} s: what the system could not hold meanwhile is lost");
-                self.app.update(Message::Said(Tone::Warn, text));
-                let (columns, lines) = self.screen.size();
-                self.app.update(Message::Resize(columns, lines));
-                Ok(())
-            }
+            Effect::Suspend => self.suspend(true),
             Effect::Note(..) | Effect::Record(_) | Effect::Export { .. } | Effect::Replay(_) => {
                 if let Some((tone, text)) = outside(effect, &self.app) {
                     self.app.update(Message::Said(tone, text));
@@ -174,5 +174,34 @@ impl Loop<'_> {
                 Ok(())
             }
         }
+    }
+    /// Gives the terminal back and stops until somebody says to go on, alone or with the whole job.
+    ///
+    /// The terminal goes first: once the shell has it, a job may not change it any more.
+    #[cfg(unix)]
+    fn suspend(&mut self, with_job: bool) -> io::Result<()> {
+        if !job::has_shell() {
+            let text = "no shell is there that could bring the program back".to_owned();
+            self.app.update(Message::Said(Tone::Warn, text));
+            return Ok(());
+        }
+        let before = self.clock.monotonic_ns();
+        self.has_asked_to_stop = with_job;
+        self.screen.leave_for(|| if with_job { job::stop_all() } else { job::stop() })?;
+        if self.app.is_live {
+            let seconds = self.clock.monotonic_ns().saturating_sub(before) / 1_000_000_000;
+            let text = format!("suspended for {seconds} s: what the system could not hold meanwhile is lost");
+            self.app.update(Message::Said(Tone::Warn, text));
+        }
+        let (columns, lines) = self.screen.size();
+        self.app.update(Message::Resize(columns, lines));
+        Ok(())
+    }
+
+    #[cfg(not(unix))]
+    fn suspend(&mut self, _with_job: bool) -> io::Result<()> {
+        let text = "a program cannot be suspended on this system".to_owned();
+        self.app.update(Message::Said(Tone::Warn, text));
+        Ok(())
     }
 }

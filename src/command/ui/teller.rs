@@ -22,6 +22,8 @@ pub(in crate::command) enum Word {
     Replay(Box<Replay>),
     /// This file is being written, or none any more.
     Recording(Option<PathBuf>),
+    /// Somebody asks the program to stop until it is told to go on.
+    Suspend,
     /// The session has ended.
     Ended,
 }

@@ -90,11 +90,10 @@ impl Screen {
         execute!(stdout(), CopyToClipboard::to_clipboard_from(text))
     }
 
-    /// Gives the terminal back, stops until the shell goes on, and takes it again.
-    pub(super) fn suspend(&mut self) -> io::Result<()> {
+    /// Gives the terminal back for as long as `away` takes, and takes it again.
+    pub(super) fn leave_for(&mut self, away: impl FnOnce() -> io::Result<()>) -> io::Result<()> {
         restore();
-        #[cfg(unix)]
-        signal_hook::low_level::raise(signal_hook::consts::SIGTSTP)?;
+        away()?;
         take(self.has_mouse)?;
         self.forget()
     }

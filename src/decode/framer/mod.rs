@@ -183,7 +183,20 @@ impl Framer {
     /// Decides what the bytes so far allow, and returns the next piece, in stream order.
     ///
     /// Without `pairs` a request and its answer are pieces of their own.
+    #[inline]
     pub fn next_piece(&mut self, pairs: bool) -> Option<Piece> {
+        // Asked after every read, and most reads end no frame.
+        if self.is_dry() { None } else { self.decide(pairs) }
+    }
+
+    /// Tells whether the next piece needs more bytes, or silence.
+    #[inline]
+    pub fn is_dry(&self) -> bool {
+        self.is_dry && self.pieces.is_empty()
+    }
+
+    #[inline(never)]
+    fn decide(&mut self, pairs: bool) -> Option<Piece> {
         loop {
             if let Some(piece) = self.pieces.pop_front() {
                 return Some(piece);

@@ -101,6 +101,11 @@ impl Pairing {
         self.settled.pop_front()
     }
 
+    /// Tells whether all that was settled was taken.
+    pub fn is_taken(&self) -> bool {
+        self.settled.is_empty()
+    }
+
     /// Returns the id and offset of the oldest item that a later row may still need.
     pub fn oldest(&self) -> Option<(u64, u64)> {
         let open = self.assembler.oldest().map(|part| (part.id, part.offset));

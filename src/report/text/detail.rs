@@ -9,6 +9,9 @@ use crate::decode::transaction::{Side, Transaction};
 use crate::device::Meaning;
 use crate::time::MILLISECOND;
 
+/// How many of the profiles that fit are named.
+const MOST_CANDIDATES: usize = 3;
+
 /// Writes where and how surely a run of bytes was received.
 pub(super) fn place(line: &mut String, styles: &Styles, place: &Place<'_>) -> fmt::Result {
     let dim = styles.dim;
@@ -33,11 +36,12 @@ pub(super) fn transaction(
     if let Some(serial) = meaning.serial_number() {
         write!(line, "\n      {dim}serial number {serial}{dim:#}")?;
     }
-    let mut candidates = meaning.candidates().peekable();
-    if candidates.peek().is_some() {
-        write!(line, "\n      {dim}could be")?;
-        for (index, candidate) in candidates.enumerate() {
-            write!(line, "{} {candidate}", if index == 0 { "" } else { "," })?;
+    let candidates: Vec<&str> = meaning.candidates().collect();
+    if !candidates.is_empty() {
+        let (named, others) = candidates.split_at(candidates.len().min(MOST_CANDIDATES));
+        write!(line, "\n      {dim}could be {}", named.join(", "))?;
+        if !others.is_empty() {
+            write!(line, " or {} others", others.len())?;
         }
         write!(line, "{dim:#}")?;
     }

@@ -5,6 +5,8 @@
 //! 2026-01-01 00:00:07.512    1  do             get-measurement       18.4 ±0.3 ms  temperature 17.625 °C · …
 //! 2026-01-01 00:00:08.031    9  -              FC03 0x0010 ×2                      no response
 //! ```
+//!
+//! Where there are several buses, their names stand behind the time.
 
 mod detail;
 mod style;
@@ -18,6 +20,7 @@ use crate::analyze::verify::Finding;
 use crate::decode::frame::{Damaged, Frame};
 use crate::decode::transaction::{Outcome, Transaction};
 use crate::device::{Identified, Meaning, Profiles};
+use crate::line::LineSettings;
 use crate::pipeline::{Event, Lost};
 use crate::time::Timestamp;
 pub(super) use style::Styles;
@@ -38,6 +41,10 @@ pub struct Text {
     verbose: bool,
     labels: Labels,
     guess: Option<Guess>,
+    /// The buses so far; from the second one on a row names its own.
+    buses: Vec<String>,
+    /// Which of them the row is about.
+    bus: usize,
     line: String,
 }
 
@@ -45,16 +52,31 @@ impl Text {
     /// Makes a writer; `colour` allows escape sequences, `verbose` adds fields and bytes.
     pub fn new(clock: Clock, colour: bool, verbose: bool, profiles: &Profiles) -> Self {
         let styles = if colour { Styles::coloured() } else { Styles::default() };
-        Text { clock, styles, verbose, labels: Labels::new(profiles), guess: None, line: String::new() }
+        let labels = Labels::new(profiles);
+        let (buses, line) = (Vec::new(), String::new());
+        Text { clock, styles, verbose, labels, guess: None, buses, bus: 0, line }
     }
 
-    /// Writes the time, or the row's number where there is none.
+    /// Returns the place of a bus among those known.
+    fn place_of(&mut self, bus: &str) -> usize {
+        self.buses.iter().position(|known| known == bus).unwrap_or_else(|| {
+            self.buses.push(bus.to_owned());
+            self.buses.len() - 1
+        })
+    }
+
+    /// Writes the time, or the row's number where there is none, and the bus where there are several.
     fn time(&mut self, time: Option<Timestamp>, id: u64) {
         let dim = self.styles.dim;
         let _ = match time {
             Some(time) => write!(self.line, "{dim}{:>9}{dim:#}", self.clock.short(time)),
             None => write!(self.line, "{dim}{:>9}{dim:#}", format_args!("#{id}").to_string()),
         };
+        if let [_, _, ..] = &self.buses[..] {
+            let width = self.buses.iter().map(|bus| bus.chars().count()).max().unwrap_or(0);
+            let bus = self.buses.get(self.bus).map_or("", String::as_str);
+            let _ = write!(self.line, "  {bus:<width$}");
+        }
     }
 
     fn address(&mut self, address: Option<u8>) {
@@ -187,7 +209,7 @@ impl Text {
         let (style, dim) = (self.styles.severity(*severity), self.styles.dim);
         write!(self.line, "  {style}{:<7} {} {}{style:#}", severity.name(), rule.code, rule.name)?;
         write!(self.line, " {dim}({}){dim:#} {message}", party.name())?;
-        if self.verbose { write!(self.line, "\n    {dim}{}{dim:#}", rule.help) } else { Ok(()) }
+        if self.verbose { write!(self.line, "\n    {dim}{}{dim:#}", finding.help()) } else { Ok(()) }
     }
 
     fn write_row(&mut self, event: &Event<'_>) -> fmt::Result {
@@ -236,8 +258,13 @@ impl Text {
 }
 
 impl Format for Text {
-    fn row(&mut self, _bus: &str, event: &Event<'_>, out: &mut Vec<u8>) {
+    fn begin(&mut self, bus: &str, _line: LineSettings, _out: &mut Vec<u8>) {
+        self.place_of(bus);
+    }
+
+    fn row(&mut self, bus: &str, event: &Event<'_>, out: &mut Vec<u8>) {
         self.clock.note(event);
+        self.bus = self.place_of(bus);
         self.line.clear();
         // Writing to a string fails only when a value's `Display` does; then the row ends there.
         let _ = self.write_row(event);

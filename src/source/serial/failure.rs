@@ -14,6 +14,7 @@ use super::{list, sysfs};
 use crate::line::LineSettings;
 
 const BUSY: &str = "two readers would each get half of the bytes: end it first";
+const BUSY_WITH_MANY: &str = "each reader would get a part of the bytes: end them first";
 
 /// Checks what can be known of a device without opening it, which would disturb whoever uses it.
 ///
@@ -40,20 +41,15 @@ pub(super) fn check(host: &Host, name: &str, device: &str) -> Result<(), SourceE
     }
     // Of ptys both ends may well be open in another program.
     let is_hardware = sysfs::device_name(host, path).is_some_and(|tty| sysfs::adapter(host, &tty).is_some());
-    match host.holder(path) {
-        Some(holder) if is_hardware => Err(busy(name, Some(&holder))),
-        _ => Ok(()),
-    }
+    let holders = host.holders(path);
+    if is_hardware && !holders.is_empty() { Err(busy(name, &holders)) } else { Ok(()) }
 }
 
 /// Says why a device could not be opened.
 pub(super) fn opening(host: &Host, name: &str, device: &str, error: serialport::Error) -> SourceError {
     let failed = |kind, text: &str| SourceError::new(name, "open", said(kind, text));
     match error.kind() {
-        serialport::ErrorKind::NoDevice => {
-            let holder = host.holder(Path::new(device));
-            busy(name, holder.as_deref())
-        }
+        serialport::ErrorKind::NoDevice => busy(name, &host.holders(Path::new(device))),
         // The words of nix for ENOTTY; serialport keeps no number.
         serialport::ErrorKind::Unknown if error.description == "Not a typewriter" => {
             failed(io::ErrorKind::InvalidInput, "it is not a serial device")
@@ -84,12 +80,17 @@ pub(super) fn unplugged(name: &str, usb: &Usb) -> SourceError {
     SourceError::new(name, "open", error).hinted(hint)
 }
 
-fn busy(name: &str, holder: Option<&str>) -> SourceError {
-    let text = holder.map_or_else(|| "it is in use".to_owned(), |holder| format!("{holder} is using it"));
-    let hint = match holder {
-        Some(holder) if holder.starts_with("ModemManager") => {
+fn busy(name: &str, holders: &[String]) -> SourceError {
+    let text = match holders {
+        [] => "it is in use".to_owned(),
+        [one] => format!("{one} is using it"),
+        [others @ .., last] => format!("{} and {last} are using it", others.join(", ")),
+    };
+    let hint = match holders {
+        _ if holders.iter().any(|holder| holder.starts_with("ModemManager")) => {
             "ModemManager looks for modems on it, by sending: see the udev rule in README.md"
         }
+        [_, _, ..] => BUSY_WITH_MANY,
         _ => BUSY,
     };
     SourceError::new(name, "open", said(io::ErrorKind::ResourceBusy, &text)).hinted(hint)

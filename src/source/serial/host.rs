@@ -1,6 +1,5 @@
 //! Where a host keeps what it knows of devices, people and processes.
 
-use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -36,29 +35,25 @@ impl Host {
         })
     }
 
-    /// Returns who else has a device open, such as `minicom (process 1234)`, as far as we may know.
-    pub(super) fn holder(&self, device: &Path) -> Option<String> {
-        let device = fs::canonicalize(device).ok()?;
-        let own = std::process::id().to_string();
-        let processes = fs::read_dir(&self.proc).ok()?.flatten();
-        processes
-            .filter(|entry| is_number(&entry.file_name()) && *entry.file_name() != *own)
-            .find(|entry| {
-                let files = fs::read_dir(entry.path().join("fd")).into_iter().flatten().flatten();
-                files.flat_map(|file| fs::read_link(file.path())).any(|target| target == device)
-            })
-            .map(|entry| {
-                let number = entry.file_name().to_string_lossy().into_owned();
-                match text(&entry.path().join("comm")) {
-                    Some(program) => format!("{program} (process {number})"),
-                    None => format!("process {number}"),
-                }
-            })
+    /// Returns who else has a device open, such as `minicom (process 1234)`, as far as we may know; the oldest first.
+    pub(super) fn holders(&self, device: &Path) -> Vec<String> {
+        let Ok(device) = fs::canonicalize(device) else { return Vec::new() };
+        let own = std::process::id();
+        let processes = fs::read_dir(&self.proc).into_iter().flatten().flatten();
+        let others = processes.filter_map(|entry| {
+            let number: u32 = entry.file_name().to_str()?.parse().ok()?;
+            let files = fs::read_dir(entry.path().join("fd")).into_iter().flatten().flatten();
+            let has_it = files.flat_map(|file| fs::read_link(file.path())).any(|target| target == device);
+            (number != own && has_it).then(|| (number, entry.path()))
+        });
+        let mut holders: Vec<_> = others.collect();
+        holders.sort();
+        let name = |(number, path): &(u32, PathBuf)| match text(&path.join("comm")) {
+            Some(program) => format!("{program} (process {number})"),
+            None => format!("process {number}"),
+        };
+        holders.iter().map(name).collect()
     }
-}
-
-fn is_number(name: &OsStr) -> bool {
-    name.to_str().is_some_and(|name| name.bytes().all(|byte| byte.is_ascii_digit()))
 }
 
 /// Returns what a small file says, without white space around it; `None` when it cannot be read or is empty.

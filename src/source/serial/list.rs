@@ -22,7 +22,7 @@ pub(in super::super) fn ports(host: &Host) -> Vec<Port> {
                 adapter,
                 group: None,
                 mode: None,
-                in_use_by: host.holder(&path),
+                in_use_by: Some(host.holders(&path).join(", ")).filter(|holders| !holders.is_empty()),
                 obstacle: None,
             };
             permissions(host, &path, &mut port);

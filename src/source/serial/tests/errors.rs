@@ -51,6 +51,12 @@ fn an_adapter_that_another_program_reads_is_left_alone_and_the_program_named() {
     let (message, hint) = said(&tree, "dev/ttyUSB0");
     assert_eq!(message, "cannot open '/dev/ttyUSB0': minicom (process 4711) is using it");
     assert_eq!(hint, "two readers would each get half of the bytes: end it first");
+    tree.process("812", "cat", &device);
+    tree.process("90", "screen", &device);
+    let (message, hint) = said(&tree, "dev/ttyUSB0");
+    let holders = "screen (process 90), cat (process 812) and minicom (process 4711)";
+    assert_eq!(message, format!("cannot open '/dev/ttyUSB0': {holders} are using it"));
+    assert_eq!(hint, "each reader would get a part of the bytes: end them first");
 }
 
 #[test]

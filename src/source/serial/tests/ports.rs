@@ -34,6 +34,7 @@ fn a_port_has_its_identity_its_latency_timer_and_a_name_that_stays() {
     tree.device("ttyUSB0", &device);
     tree.stable_name("usb-FTDI_FT232R_A50285BI-if00-port0", "ttyUSB0");
     tree.process("4711", "minicom", &device);
+    tree.process("812", "ModemManager", &device);
     let ports = ports(&tree.host());
     let [port] = ports.as_slice() else { panic!("{ports:?}") };
     let usb = port.adapter.usb.as_ref().expect("an identity");
@@ -42,7 +43,7 @@ fn a_port_has_its_identity_its_latency_timer_and_a_name_that_stays() {
     assert_eq!(port.adapter.latency_timer_ms, Some(16));
     let stable = tree.path("dev/serial/by-id/usb-FTDI_FT232R_A50285BI-if00-port0");
     assert_eq!(port.stable_name.as_deref(), stable.to_str());
-    assert_eq!(port.in_use_by.as_deref(), Some("minicom (process 4711)"));
+    assert_eq!(port.in_use_by.as_deref(), Some("ModemManager (process 812), minicom (process 4711)"));
     let through = device_name(&tree.host(), &tree.path("dev/ttyUSB0"));
     assert_eq!(through.as_deref(), Some("ttyUSB0"));
 }
