@@ -93,6 +93,21 @@ fn a_filter_finds_the_transactions_of_a_finding() {
 }
 
 #[test]
+fn a_filter_finds_the_frames_and_damaged_runs_that_a_finding_names() {
+    let damaged =
+        MISTAKE.replace("00:00:08.010Z > 01 03 26 00 00 04 4F 41", "00:00:08.010Z > 01 03 26 00 00 04 4F 43");
+    let types = |filter: &str| -> Vec<String> {
+        let args =
+            ["decode", "-", "--show", "frames", "--show", "findings", "--format", "json", "--filter", filter];
+        let text = stdout(&args, damaged.as_bytes());
+        text.lines().map(|row| row.split('"').nth(3).expect("a type").to_owned()).collect()
+    };
+    assert_eq!(types("finding == F01"), ["damaged", "finding"]);
+    assert_eq!(types("finding == D03"), ["frame", "frame", "finding"], "its whole transaction");
+    assert_eq!(types("finding == D06"), [""; 0]);
+}
+
+#[test]
 fn findings_come_after_their_transaction_and_its_readings() {
     let args = [
         "decode",
@@ -112,10 +127,13 @@ fn findings_come_after_their_transaction_and_its_readings() {
 }
 
 #[test]
-fn junit_has_a_case_a_rule() {
+fn junit_has_a_case_a_finding() {
     let output = rtutap(&["verify", "-", "--format", "junit"]).write_stdin(MISTAKE).assert().code(1);
     let xml = String::from_utf8(output.get_output().stdout.clone()).expect("UTF-8");
-    assert!(xml.contains("<testcase classname=\"rtutap.master\" name=\"D03 wrong-quantity\">"), "{xml}");
+    let case =
+        "<testcase classname=\"rtutap.master\" name=\"D03 wrong-quantity: bus0 address 1 #1\" time=\"0\">";
+    assert!(xml.contains(case) && xml.contains("timestamp=\"2026-01-01T00:00:00."), "{xml}");
+    assert!(xml.contains("frames 2, bytes 4 to 5"), "{xml}");
     assert!(
         xml.contains("<failure type=\"error\" message=\"get-measurement takes 2 or 5 registers, not 4\">")
     );

@@ -204,8 +204,9 @@ impl Audit {
         out
     }
 
-    /// Returns the findings as JUnit XML, a test case a rule.
+    /// Returns the findings as JUnit XML, a test case each, and one for each rule that found nothing.
     pub fn to_junit(&self) -> String {
-        junit::write(&self.folds.sorted(), &self.judgement)
+        let heard = junit::Heard { first: self.first, last: self.last };
+        junit::write(&self.folds.sorted(), &self.judgement, heard)
     }
 }

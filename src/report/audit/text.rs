@@ -127,7 +127,7 @@ impl Report<'_> {
             shown.push_str(&bytes);
         }
         let separator = if shown.is_empty() { "" } else { ": " };
-        writeln!(f, "      {dim}{shown}{separator}{}{dim:#}", rule.help)?;
+        writeln!(f, "      {dim}{shown}{separator}{}{dim:#}", finding.help())?;
         if self.verbose {
             writeln!(f, "      {dim}{} [{}]{dim:#}", rule.explanation, rule.reference)?;
         }
