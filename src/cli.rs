@@ -2,21 +2,19 @@
 
 mod export;
 mod live;
+mod simulate;
 mod verify;
 
 use std::path::PathBuf;
 
-use clap::builder::{PossibleValue, PossibleValuesParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::capture::InputFormat;
-use crate::line::LineSettings;
 use crate::report::{Show, TimeStyle};
-use crate::simulate::{Adapter, Scenario};
-use crate::time::{MILLISECOND, SECOND};
+use crate::time::MILLISECOND;
 pub use export::{Export, ExportKind, LinkKind};
-use live::length;
 pub use live::{Line, Listen, Live, Record};
+pub use simulate::{Demo, Simulate};
 pub use verify::{FailOn, PartyKind, Verify, VerifyFormat};
 pub(crate) use verify::{code, severity};
 
@@ -90,7 +88,7 @@ pub enum Command {
     #[command(after_help = RECOVER_EXAMPLES)]
     Recover(Recover),
     /// Write a recording of a simulated bus, in MCAP or as hex text
-    #[command(after_help = SIMULATE_EXAMPLES)]
+    #[command(after_help = simulate::EXAMPLES)]
     Simulate(Simulate),
     /// Show a simulated installation with faults in it, as it happens
     Demo(Demo),
@@ -174,15 +172,6 @@ What can be read of the file is copied; the file itself is only read.
 Examples:
   rtutap recover night.mcap.part -o night.mcap
   rtutap info night.mcap";
-
-const SIMULATE_EXAMPLES: &str = "\
-The file's name says what is written: MCAP when it ends in .mcap, hex text when in .hex or .txt, or
-without any ending.
-
-Examples:
-  rtutap simulate -o bus.mcap
-  rtutap simulate -o bad.hex --scenario everything-bad --adapter ftdi16 --seed 7 --truth bad.jsonl
-  rtutap simulate -o - --frames 100 | rtutap decode -";
 
 /// Holds what `decode` is asked for.
 #[derive(Debug, Args)]
@@ -319,60 +308,6 @@ pub struct Equipment {
     /// Air pressure in kPa, 20 to 200, for dissolved oxygen in mg/L [default: 101.325]
     #[arg(long, value_name = "KPA", value_parser = pressure, env = "RTUTAP_PRESSURE_KPA", hide_env_values = true, allow_negative_numbers = true)]
     pub pressure_kpa: Option<f64>,
-}
-
-/// Holds what `simulate` is asked for.
-#[derive(Debug, Args)]
-pub struct Simulate {
-    /// Where to write; '-' is standard output
-    #[arg(short, long, value_name = "FILE")]
-    pub output: PathBuf,
-
-    /// Chooses among all possible courses of events; the same seed gives the same bytes
-    #[arg(long, default_value_t = 1, value_parser = seed, allow_negative_numbers = true)]
-    pub seed: u64,
-
-    /// About how many frames to write, 1 to 100000000
-    #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
-    pub frames: u64,
-
-    /// What goes on
-    #[arg(long, value_name = "NAME", default_value = "installation", value_parser = scenarios())]
-    pub scenario: String,
-
-    /// How the listener is connected: uart, usb1, ftdi16 or idle64; hex text says it only when it is given [default:
-    /// ftdi16]
-    #[arg(long)]
-    pub adapter: Option<Adapter>,
-
-    /// Speed and character format
-    #[arg(long, value_name = "BAUD-DPS", default_value = "9600-8N1")]
-    pub line: LineSettings,
-
-    /// Write only the bytes to MCAP, not what they decode to
-    #[arg(long)]
-    pub raw_only: bool,
-
-    /// Write what was really on the wire: a JSON line a frame
-    #[arg(long, value_name = "FILE")]
-    pub truth: Option<PathBuf>,
-}
-
-/// Holds what `demo` is asked for.
-#[derive(Debug, Args)]
-pub struct Demo {
-    /// How long, such as 90s or 10m, up to a day; a bare number is in seconds; without it 10s when lines are printed,
-    /// else until it is quit
-    #[arg(long, value_name = "TIME", value_parser = demo_seconds, allow_hyphen_values = true)]
-    pub duration: Option<u32>,
-
-    /// Print lines, not the terminal UI
-    #[arg(long, value_enum)]
-    pub format: Option<RowFormat>,
-
-    /// Chooses among all possible courses of events
-    #[arg(long, default_value_t = 20, value_parser = seed, allow_negative_numbers = true)]
-    pub seed: u64,
 }
 
 /// Holds what `ports` is asked for.
@@ -552,32 +487,12 @@ pub struct Assignment {
     pub device: String,
 }
 
-/// Offers the scenarios by name, with what they are.
-fn scenarios() -> PossibleValuesParser {
-    let value = |scenario: &Scenario| PossibleValue::new(scenario.name).help(scenario.summary);
-    PossibleValuesParser::new(Scenario::all().iter().map(value))
-}
-
 fn number(text: &str, least: f64, most: f64, unit: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(number) if (least..=most).contains(&number) => Ok(number),
         Ok(_) => Err(format!("not within {least} to {most} {unit}")),
         Err(_) => Err(format!("not a number from {least} to {most} {unit}")),
     }
-}
-
-/// Reads a length of time in whole seconds, up to a day; a bare number is one of seconds.
-fn demo_seconds(text: &str) -> Result<u32, String> {
-    let seconds = match text.trim().parse::<u32>() {
-        Ok(seconds) => i64::from(seconds),
-        Err(_) => length(text)?.0 / SECOND,
-    };
-    let seconds = u32::try_from(seconds).ok().filter(|seconds| (1..=86_400).contains(seconds));
-    seconds.ok_or_else(|| "not within 1s to 1d".to_owned())
-}
-
-fn seed(text: &str) -> Result<u64, String> {
-    text.parse().map_err(|_| format!("not a whole number from 0 to {}", u64::MAX))
 }
 
 pub(crate) fn salinity(text: &str) -> Result<f64, String> {
