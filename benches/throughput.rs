@@ -16,9 +16,10 @@ use crc::{CRC_16_MODBUS, Crc};
 use measure::best;
 use rtutap::decode::chunk::{Chunk, ReadTime};
 use rtutap::line::LineSettings;
-use rtutap::pipeline::Event;
+use rtutap::pipeline::{Event, Pipeline};
+use rtutap::report::audit::{Audit, Judgement};
 use rtutap::report::info::Info;
-use rtutap::report::{Json, Rows, Show};
+use rtutap::report::{Json, Rows, Show, TimeStyle};
 use rtutap::simulate::{Adapter, Config, Scenario, Simulation};
 use rtutap::time::Timestamp;
 use support::traffic::random;
@@ -53,6 +54,7 @@ fn main() {
         report(name, total, time, baseline);
         println!("{:24} {:.0} MB written", "", written as f64 / 1e6);
     }
+    report("as verify judges", total, best(|| verify(&traffic, total)), baseline);
     let garbage = best(garbage);
     let micros = garbage.as_secs_f64() * 1e6 / GARBAGE as f64;
     println!("{:24} {micros:.2} µs a byte, a read each", "garbage");
@@ -93,8 +95,11 @@ fn sum(traffic: &[u8], total: usize) {
 }
 
 /// Decodes the traffic; `take` gets every event.
-fn decode(traffic: &[u8], total: usize, mut take: impl FnMut(&Event<'_>)) {
-    let mut pipeline = support::pipeline(LineSettings::default(), None);
+fn decode(traffic: &[u8], total: usize, take: impl FnMut(&Event<'_>)) {
+    run(support::pipeline(LineSettings::default(), None), traffic, total, take);
+}
+
+fn run(mut pipeline: Pipeline, traffic: &[u8], total: usize, mut take: impl FnMut(&Event<'_>)) {
     for block in blocks(traffic, total).map(Some).chain([None]) {
         match block {
             Some(bytes) => {
@@ -120,6 +125,16 @@ fn json(traffic: &[u8], total: usize, show: &[Show]) -> u64 {
         }
     });
     written + out.len() as u64
+}
+
+/// Judges the traffic, as `verify` does; compare with the JSON of transactions.
+fn verify(traffic: &[u8], total: usize) {
+    let mut audit = Audit::new(Judgement::default(), None);
+    audit.begin("bus0", LineSettings::default(), false);
+    let pipeline = support::judging_pipeline(LineSettings::default());
+    run(pipeline, traffic, total, |event| audit.event("bus0", event));
+    audit.finish();
+    black_box(audit.to_text(TimeStyle::Relative, false, false));
 }
 
 /// Decodes garbage, a byte a read, at line speed.

@@ -235,7 +235,8 @@ pub struct Printing {
     ///
     /// Compared can be addr, fn, reg, quantity, outcome, exception, latency, time, device, serial, cmd,
     /// role, reason, bus, and any decoded field or derived value; also: echo, damaged, crc good, crc bad,
-    /// 'bytes contains 26 00'. A frame passes when its transaction does.
+    /// 'bytes contains 26 00'. A frame passes when its transaction does. 'finding == D06' lets pass what the finding
+    /// is about: transaction, frames and damaged runs, as far as they come right before it.
     #[arg(long, value_name = "EXPR")]
     pub filter: Option<String>,
 

@@ -89,7 +89,7 @@ pub enum VerifyFormat {
     Text,
     /// A JSON object a finding, folded
     Json,
-    /// JUnit XML, for CI: a test case a rule
+    /// JUnit XML, for CI: a test case a finding, and one for each rule that found nothing
     Junit,
 }
 

@@ -41,10 +41,22 @@ fn write_plan(args: &cli::Info, profiles: &Arc<Profiles>) -> Result<(), Failure>
     let mut planner = Planner::default();
     bus::read(&args.bus, profiles, Wanted::default(), &mut planner, |_, _| {})?;
     let inputs: Vec<String> = args.bus.inputs.iter().map(|input| input.display().to_string()).collect();
+    let plan = planner.0.finish();
+    if plan.devices.is_empty() {
+        let hint = "record a master that is known to be good; 'rtutap info' says what the recording holds";
+        return Err(Failure::hinted(
+            format!("no request was heard in {}: there is nothing to plan", inputs.join(", ")),
+            hint,
+        ));
+    }
     let mut output = Output::stdout();
-    let heading = format!("# What the master of {} does: rtutap info --plan\n\n", inputs.join(", "));
+    let heading = format!(
+        "# What the master of {} does, as 'rtutap info --plan' saw it; 'rtutap verify --expect' holds another against it.\n\
+         # Remove or widen what does not matter: each key but address, name and function may be left out.\n\n",
+        inputs.join(", ")
+    );
     output.buffer.extend_from_slice(heading.as_bytes());
-    output.buffer.extend_from_slice(planner.0.finish().to_string().as_bytes());
+    output.buffer.extend_from_slice(plan.to_string().as_bytes());
     output.flush()
 }
 

@@ -50,7 +50,10 @@ impl Printing {
         };
         let mut printing = Printing::of(show, writer, judge, format != RowFormat::Text);
         let filter = args.filter.as_deref().and_then(|text| Filter::parse(text).ok());
-        printing.needs_findings |= filter.is_some_and(|filter| filter.asks_for_findings());
+        if filter.is_some_and(|filter| filter.asks_for_findings()) {
+            printing.needs_findings = true;
+            printing.rows = printing.rows.asking_for_findings();
+        }
         Ok((printing, output))
     }
 

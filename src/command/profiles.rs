@@ -95,7 +95,11 @@ fn show(profile: &Profile, out: &mut String) -> fmt::Result {
 /// Shows what the device asks of a master that measures.
 fn show_measuring(measuring: &Measuring, out: &mut String) -> fmt::Result {
     if measuring.needs_start {
-        writeln!(out, "measures only after a start")?;
+        write!(out, "measures only after a start")?;
+        match measuring.starts_itself_software {
+            Some(software) => writeln!(out, "; by itself from software {software} on")?,
+            None => writeln!(out)?,
+        }
     }
     let lengths = [
         ("the first value counts", measuring.warm_up_ns, "after a start"),

@@ -1,20 +1,24 @@
 //! `rtutap verify`: says what is wrong with the traffic, and who is to blame.
 
-use std::path::Path;
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::bus::{self, Wanted};
 use super::failure::Failure;
 use super::live::{self, Job, Status};
+use super::message;
 use super::output::Output;
 use super::session::{Origin, Setup, Sink};
 use crate::analyze::plan::Plan;
 use crate::analyze::verify::rule;
 use crate::cli::{self, VerifyFormat};
+use crate::device::Profiles;
 use crate::pipeline::Event;
 use crate::report::TimeStyle;
 use crate::report::audit::{Audit, Judgement, explain};
 use crate::source::{Clock, Place, Spec, SystemClock};
+use crate::time::SECOND;
 
 /// Runs the command.
 pub(super) fn run(args: &cli::Verify, verbose: bool) -> Result<(), Failure> {
@@ -23,7 +27,10 @@ pub(super) fn run(args: &cli::Verify, verbose: bool) -> Result<(), Failure> {
         output.buffer.extend_from_slice(explain(code).as_bytes());
         return output.flush();
     }
-    let plan = args.expect.as_deref().map(plan).transpose()?;
+    let sources = sources(args)?;
+    let inputs: &[PathBuf] = if sources.is_some() { &[] } else { &args.inputs };
+    let profiles = bus::profiles(&args.equipment.profiles, inputs)?;
+    let plan = args.expect.as_deref().map(|path| plan(path, &profiles)).transpose()?;
     let judgement = Judgement {
         ignored: args.ignore.clone(),
         severities: args.severities.clone(),
@@ -31,16 +38,16 @@ pub(super) fn run(args: &cli::Verify, verbose: bool) -> Result<(), Failure> {
         fail_on: args.fail_on.unwrap_or(cli::FailOn::Error).severity(),
     };
     let mut audit = Audit::new(judgement, plan);
-    let ended = match sources(args)? {
+    let ended = match sources {
         Some(sources) => {
-            let (heard, ended) = listen(args, sources, audit)?;
+            let (heard, ended) = listen(args, sources, audit, &profiles)?;
             audit = heard;
-            ended
+            ended.and_then(|()| silence(&audit))
         }
-        None => read(args, &mut audit),
+        None => read(args, &mut audit, &profiles),
     };
     audit.finish();
-    if audit.is_empty() && ended.is_err() {
+    if audit.is_silent() && ended.is_err() {
         return ended;
     }
     // What was found before something went wrong is shown first.
@@ -49,11 +56,23 @@ pub(super) fn run(args: &cli::Verify, verbose: bool) -> Result<(), Failure> {
     if audit.fails() { Err(Failure::Findings) } else { Ok(()) }
 }
 
+/// Refuses to judge live sources of which nothing was heard; names those that were silent beside others.
+fn silence(audit: &Audit) -> Result<(), Failure> {
+    if audit.is_silent() {
+        let hint = "is the master polling? Check A, B and ground where the tap is connected, and that this is its port";
+        return Err(Failure::hinted("no traffic: not a byte was heard, so nothing can be judged", hint));
+    }
+    audit
+        .silent()
+        .for_each(|bus| message::warning(format_args!("no traffic on {bus}: not a byte was heard")));
+    Ok(())
+}
+
 /// Reads what a master is expected to do.
-fn plan(path: &Path) -> Result<Plan, Failure> {
+fn plan(path: &Path, profiles: &Profiles) -> Result<Plan, Failure> {
     #[expect(clippy::disallowed_methods, reason = "plans are files")]
     let text = std::fs::read_to_string(path).map_err(|error| Failure::reading(path, &error))?;
-    Plan::from_toml(&text).map_err(|problems| {
+    Plan::from_toml(&text, profiles).map_err(|problems| {
         let lines: Vec<String> =
             problems.iter().map(|problem| format!("{}:{problem}", path.display())).collect();
         Failure::hinted(lines.join("\n"), "'rtutap info --plan' writes a plan from a recording")
@@ -111,7 +130,7 @@ fn is_port(name: &str) -> bool {
 }
 
 /// Reads recordings.
-fn read(args: &cli::Verify, audit: &mut Audit) -> Result<(), Failure> {
+fn read(args: &cli::Verify, audit: &mut Audit, profiles: &Arc<Profiles>) -> Result<(), Failure> {
     let bus = cli::Bus {
         inputs: args.inputs.clone(),
         line: args.line,
@@ -120,9 +139,8 @@ fn read(args: &cli::Verify, audit: &mut Audit) -> Result<(), Failure> {
         equipment: args.equipment.clone(),
     };
     bus::check(&bus)?;
-    let profiles = bus::profiles(&bus.equipment.profiles, &bus.inputs)?;
     let wanted = Wanted { findings: true, ..Wanted::default() };
-    bus::read(&bus, &profiles, wanted, audit, |_, _| {})
+    bus::read(&bus, profiles, wanted, audit, |_, _| {})
 }
 
 /// Listens to live sources until they end or it is told to stop.
@@ -130,20 +148,23 @@ fn listen(
     args: &cli::Verify,
     sources: Vec<Spec>,
     audit: Audit,
+    profiles: &Arc<Profiles>,
 ) -> Result<(Audit, Result<(), Failure>), Failure> {
     let line = args.line;
     let live =
         cli::Live { sources, line, adapter_hold: args.adapter_hold, equipment: args.equipment.clone() };
     bus::check_devices(&live.equipment)?;
-    let no_inputs: [&Path; 0] = [];
-    let profiles = bus::profiles(&live.equipment.profiles, &no_inputs)?;
-    let setup = Setup { findings: true, ..live::setup(&live, &profiles, false, true)? };
-    let stop = live::stop_flag()?;
     let clock: Arc<dyn Clock> = Arc::new(SystemClock);
+    let setup = Setup { findings: true, ..live::setup(&live, profiles, false, true)? };
+    let opened = live::open(&live, &clock)?;
+    if std::io::stderr().is_terminal() {
+        message::note(listening(args));
+    }
+    let stop = live::stop_flag()?;
     let report = live::run(Job {
         screen: None,
         setup: &setup,
-        sources: live::open(&live, &clock)?,
+        sources: opened,
         anchor: live::anchor(&*clock),
         clock,
         rows: None,
@@ -156,6 +177,16 @@ fn listen(
     })?;
     let gone = || Failure::new("the report was lost");
     Ok((report.audit.ok_or_else(gone)?, report.ended))
+}
+
+/// Says what is listened to, and for how long.
+fn listening(args: &cli::Verify) -> String {
+    let sources: Vec<String> = args.inputs.iter().map(|it| it.display().to_string()).collect();
+    let length = match args.duration {
+        Some(duration) => format!("for {} s", duration.0 as f64 / SECOND as f64),
+        None => "until Ctrl-C".to_owned(),
+    };
+    format!("listening on {} {length}; the report comes at the end", sources.join(", "))
 }
 
 fn print(audit: &Audit, args: &cli::Verify, verbose: bool) -> Result<(), Failure> {
@@ -174,7 +205,8 @@ fn print(audit: &Audit, args: &cli::Verify, verbose: bool) -> Result<(), Failure
 
 impl Sink for Audit {
     fn begin(&mut self, origin: &Origin) -> Result<(), Failure> {
-        Audit::begin(self, &origin.settings.name, origin.settings.line);
+        let settings = &origin.settings;
+        Audit::begin(self, &settings.name, settings.line, settings.adapter_hold_ns.is_some());
         Ok(())
     }
 

@@ -209,8 +209,8 @@ impl Stamper {
     }
 
     fn run_ns(&self, characters: u64) -> i64 {
-        // No stream has 2^63 bytes.
-        self.character_ns.saturating_mul(characters as i64)
+        // A read of a memory's size at the slowest speed does not reach 2^63; asked for too often to be checked.
+        self.character_ns.wrapping_mul(characters as i64)
     }
 
     /// Forgets the bytes before `offset`.
@@ -225,6 +225,13 @@ impl Stamper {
 
     fn kept(&self) -> &[Read] {
         &self.reads[self.dropped..]
+    }
+
+    /// Bounds the ends of the bytes at `first` and `last`, which mostly came in the same read.
+    pub fn bytes(&self, first: u64, last: u64) -> Option<(ByteTime, ByteTime)> {
+        let read = self.find(last)?;
+        let begins = if first >= read.offset { read } else { self.find(first)? };
+        (read.timed && begins.timed).then(|| (self.of(begins, first), self.of(read, last)))
     }
 
     #[inline]
@@ -259,16 +266,15 @@ impl Stamper {
 
     fn timed_byte(&self, offset: u64) -> Option<ByteTime> {
         let read = self.find(offset)?;
-        if !read.timed {
-            return None;
-        }
+        read.timed.then(|| self.of(read, offset))
+    }
+
+    /// Bounds the end of a byte of a read.
+    #[inline]
+    fn of(&self, read: &Read, offset: u64) -> ByteTime {
         let run = self.run_ns(offset - read.offset);
         let left = self.run_ns(read.offset + read.length - 1 - offset);
-        Some(ByteTime {
-            certain: read.certain + run,
-            earliest: read.earliest + run,
-            latest: read.latest - left,
-        })
+        ByteTime { certain: read.certain + run, earliest: read.earliest + run, latest: read.latest - left }
     }
 
     /// Returns when the byte at `offset` was there at the latest, untimed input at line speed.

@@ -128,6 +128,8 @@ fn read_measuring(section: &Section<'_>) -> Measuring {
     };
     let measuring = Measuring {
         needs_start: section.boolean("needs-start").unwrap_or(false),
+        starts_itself_software: section.integer("starts-itself-software", 0..=255).map(|it| it.value as u8),
+        starts_itself_quantity: section.integer("starts-itself-quantity", 0..=125).map(|it| it.value as u16),
         warm_up_ns: seconds("warm-up"),
         cycle_ns: seconds("cycle"),
         brush_sweep_ns: seconds("brush-sweep"),

@@ -119,6 +119,10 @@ impl Profile {
 pub struct Measuring {
     /// Whether it measures only after a start command.
     pub needs_start: bool,
+    /// From which major software version on it measures by itself.
+    pub starts_itself_software: Option<u8>,
+    /// The quantity of a measurement that only devices answer which measure by themselves.
+    pub starts_itself_quantity: Option<u16>,
     /// From a start to the first value that counts.
     pub warm_up_ns: Option<i64>,
     /// Between two reads.
@@ -344,6 +348,8 @@ pub struct FieldSpec {
     pub is_contested: bool,
     /// The plausible values, both ends included.
     pub range: Option<(f64, f64)>,
+    /// What it is after a loss of power, for settings that do not survive one.
+    pub default: Option<f64>,
     /// How it is shown.
     pub show: Show,
     /// For a mask: what its bits mean.

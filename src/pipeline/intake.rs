@@ -175,7 +175,7 @@ impl Pipeline {
         if !stamper.has_times() {
             return None;
         }
-        let (first, last) = (stamper.byte(first)?, stamper.byte(last)?);
+        let (first, last) = stamper.bytes(first, last)?;
         let start = first.interval().shifted(-stamper.character_ns());
         // Bytes that come faster than the line's speed allows have no sound times, but keep their order.
         Some(WireTime { start, end: last.interval().not_before(start) })

@@ -196,7 +196,7 @@ rows! {
         "first_ns" => Cell::of(finding.first, Cell::Time),
         "last_ns" => Cell::of(finding.last, Cell::Time),
         "message" => Cell::Text(&finding.message),
-        "help" => Cell::Text(finding.rule.help),
+        "help" => Cell::Text(finding.help()),
         "reference" => Cell::Text(finding.rule.reference),
     }
 }

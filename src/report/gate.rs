@@ -36,6 +36,15 @@ impl Gate {
         }
     }
 
+    /// Lets the rows of frames pass, whatever their transaction is.
+    pub(super) fn admit(&mut self, frames: &[u64]) {
+        for (_, verdict) in &mut self.rows {
+            if matches!(verdict, Verdict::Awaits { frame, .. } if frames.contains(frame)) {
+                *verdict = Verdict::Settled(true);
+            }
+        }
+    }
+
     /// Settles the rows of frames before `settled_frame`, which belong to no transaction, and lets go
     /// of all rows up to the first undecided one: to `out` those that pass.
     pub(super) fn release(&mut self, settled_frame: u64, out: &mut Vec<u8>) {
@@ -74,8 +83,10 @@ mod tests {
         assert_eq!(released(&mut gate, 0), "");
         gate.decide([Some(0), Some(2)], true);
         assert_eq!(released(&mut gate, 0), "request ", "what the noise belongs to is not known yet");
+        gate.push(b"named ", Verdict::Awaits { frame: 2, alone: false });
         gate.push(b"next ", Verdict::Awaits { frame: 3, alone: true });
-        assert_eq!(released(&mut gate, 3), "noise response identified ");
+        gate.admit(&[2]);
+        assert_eq!(released(&mut gate, 3), "noise response identified named ");
         gate.decide([Some(3), None], false);
         assert_eq!(released(&mut gate, u64::MAX), "");
     }

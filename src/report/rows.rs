@@ -77,6 +77,8 @@ pub struct Rows {
     show: Vec<Show>,
     format: Box<dyn Format>,
     is_filtered: bool,
+    /// Whether the filter asks for findings: then what one names passes with it.
+    asks_for_findings: bool,
     passing: Passing,
     gate: Gate,
     row: Vec<u8>,
@@ -91,11 +93,17 @@ impl Rows {
             show,
             format,
             is_filtered,
+            asks_for_findings: false,
             passing: Passing::new(judge),
             gate: Gate::default(),
             row: Vec::new(),
             says_environment: false,
         }
+    }
+
+    /// Says that the filter asks for findings: frames and damaged runs pass with a finding that names them.
+    pub fn asking_for_findings(self) -> Self {
+        Rows { asks_for_findings: true, ..self }
     }
 
     /// Appends what stands before the first row.
@@ -119,10 +127,17 @@ impl Rows {
             }
             return;
         }
-        if !is_shown && !matches!(event, Event::Transaction { .. }) {
+        let names_others = self.asks_for_findings && matches!(event, Event::Finding(_));
+        if !is_shown && !names_others && !matches!(event, Event::Transaction { .. }) {
             return;
         }
         let passes = self.passing.passes(bus, event);
+        if let Event::Finding(finding) = event
+            && names_others
+            && passes
+        {
+            self.gate.admit(&finding.frames);
+        }
         let verdict = match event {
             Event::Frame(frame) => Verdict::Awaits { frame: frame.place.id, alone: passes },
             Event::Damaged(damaged) => Verdict::Awaits { frame: damaged.place.id, alone: passes },

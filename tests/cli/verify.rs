@@ -58,6 +58,16 @@ fn the_exit_status_tells_what_was_found() {
 }
 
 #[test]
+fn bytes_without_a_single_good_frame_are_an_error_of_the_line() {
+    let noise = "# line 9600-8N1\n2026-01-01T00:00:00.010Z 81 43 09 10 22 87 07 95 31 33\n";
+    let output = rtutap(&["verify", "-", "--format", "json"]).write_stdin(noise).assert().code(1);
+    let text = String::from_utf8_lossy(&output.get_output().stdout).into_owned();
+    assert!(text.contains("\"code\":\"L04\"") && text.contains("is probably not 9600-8N1"), "{text}");
+    let good = rtutap(&["verify", "-", "--format", "json"]).write_stdin(GOOD).assert().code(0);
+    good.stdout(predicate::str::contains("L04").not());
+}
+
+#[test]
 fn findings_are_folded_in_json_lines_and_single_in_decode() {
     let output = rtutap(&["verify", "-", "--format", "json"]).write_stdin(MISTAKE).assert().code(1);
     let text = String::from_utf8(output.get_output().stdout.clone()).expect("UTF-8");
@@ -83,6 +93,21 @@ fn a_filter_finds_the_transactions_of_a_finding() {
 }
 
 #[test]
+fn a_filter_finds_the_frames_and_damaged_runs_that_a_finding_names() {
+    let damaged =
+        MISTAKE.replace("00:00:08.010Z > 01 03 26 00 00 04 4F 41", "00:00:08.010Z > 01 03 26 00 00 04 4F 43");
+    let types = |filter: &str| -> Vec<String> {
+        let args =
+            ["decode", "-", "--show", "frames", "--show", "findings", "--format", "json", "--filter", filter];
+        let text = stdout(&args, damaged.as_bytes());
+        text.lines().map(|row| row.split('"').nth(3).expect("a type").to_owned()).collect()
+    };
+    assert_eq!(types("finding == F01"), ["damaged", "finding"]);
+    assert_eq!(types("finding == D03"), ["frame", "frame", "finding"], "its whole transaction");
+    assert_eq!(types("finding == D06"), [""; 0]);
+}
+
+#[test]
 fn findings_come_after_their_transaction_and_its_readings() {
     let args = [
         "decode",
@@ -102,10 +127,13 @@ fn findings_come_after_their_transaction_and_its_readings() {
 }
 
 #[test]
-fn junit_has_a_case_a_rule() {
+fn junit_has_a_case_a_finding() {
     let output = rtutap(&["verify", "-", "--format", "junit"]).write_stdin(MISTAKE).assert().code(1);
     let xml = String::from_utf8(output.get_output().stdout.clone()).expect("UTF-8");
-    assert!(xml.contains("<testcase classname=\"rtutap.master\" name=\"D03 wrong-quantity\">"), "{xml}");
+    let case =
+        "<testcase classname=\"rtutap.master\" name=\"D03 wrong-quantity: bus0 address 1 #1\" time=\"0\">";
+    assert!(xml.contains(case) && xml.contains("timestamp=\"2026-01-01T00:00:00."), "{xml}");
+    assert!(xml.contains("frames 2, bytes 4 to 5"), "{xml}");
     assert!(
         xml.contains("<failure type=\"error\" message=\"get-measurement takes 2 or 5 registers, not 4\">")
     );
@@ -164,6 +192,13 @@ fn a_master_keeps_its_own_plan_and_another_does_not() {
     for code in ["P02", "P03", "P04", "P05", "P06"] {
         assert!(other.contains(code), "{code} in {other:?}");
     }
+}
+
+#[test]
+fn a_plan_of_nothing_is_refused() {
+    let noise = "# line 9600-8N1\n2026-01-01T00:00:00.010Z 81 43 09 10 22 87 07 95 31 33\n";
+    let said = predicate::str::contains("no request was heard in -: there is nothing to plan");
+    rtutap(&["info", "--plan", "-"]).write_stdin(noise).assert().code(2).stdout("").stderr(said);
 }
 
 #[test]

@@ -43,6 +43,24 @@ fn each_signal_finishes_the_file_and_prints_its_path() {
 }
 
 #[test]
+fn a_signal_that_comes_twice_at_once_as_timeout_sends_it_finishes_the_file_too() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let path = directory.path().join("a.mcap");
+    let name = path.to_str().expect("UTF-8");
+    let mut bus = Bus::new();
+    let mut tap = Tap::start(&record(&bus.path, name));
+    bus.wait_for_listener();
+    bus.say(&LAST);
+    wait_for_bytes(&directory.path().join("a.mcap.part"), LAST.len());
+    for signal in [Signal::TERM, Signal::INT, Signal::TERM] {
+        tap.signal(signal);
+    }
+    let (status, said) = tap.wait();
+    assert!(status.success(), "{status}: {said}");
+    assert_eq!(info(&[&path])["complete"], true);
+}
+
+#[test]
 fn the_end_of_standard_input_ends_a_session() {
     let directory = tempfile::tempdir().expect("a directory");
     let path = directory.path().join("a.mcap");

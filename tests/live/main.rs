@@ -13,3 +13,4 @@ mod lines;
 mod masters;
 mod screen;
 mod terminal;
+mod verify;

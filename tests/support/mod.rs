@@ -33,6 +33,14 @@ pub fn pipeline(line: LineSettings, adapter_hold_ns: Option<i64>) -> Pipeline {
     Pipeline::new(options, Devices::new(profiles, Environment::default()), shapes)
 }
 
+/// Makes a pipeline that judges what it decodes, and gives no readings.
+pub fn judging_pipeline(line: LineSettings) -> Pipeline {
+    let options = Options { findings: true, ..Options::new(line, None) };
+    let profiles = profiles();
+    let shapes = profiles.shapes();
+    Pipeline::new(options, Devices::new(profiles, Environment::default()), shapes)
+}
+
 /// Writes all there is to know about an event: what Rust shows of it, and its JSON line.
 pub fn row(event: &Event<'_>) -> String {
     let mut json = Vec::new();

@@ -1,5 +1,6 @@
 //! D: what a device's manual asks of a master.
 
+use rtutap::analyze::verify::Finding;
 use rtutap::analyze::verify::Party::Master;
 
 use crate::story::{Story, hex, sealed};
@@ -34,10 +35,21 @@ fn a_register_served_with_another_function_is_named() {
 #[test]
 fn a_register_beside_a_command_is_off_by_one() {
     alive(SONDE).ask("01 03 26 00 00 10").wait(6000).shows("D02", Master, &[2], Some(2..4));
-    let unknown = Story::of(&[]).ask("01 03 08 FF 00 07").wait(6000);
-    unknown.shows("D02", Master, &[0], Some(2..4));
+    let unknown = tell(Story::of(&[]), VERSION).ask("02 03 08 FF 00 07").wait(6000);
+    unknown.shows("D02", Master, &[2], Some(2..4));
     let far = alive(SONDE).ask("01 03 25 FF 00 10").wait(6000);
     assert_eq!(far.codes(), ["D04", "T01"]);
+}
+
+#[test]
+fn a_bus_without_such_devices_is_not_held_against_their_manuals() {
+    let stranger = ("07 03 00 00 00 02", "07 03 04 00 00 00 01");
+    for wrong in ["07 03 08 FF 00 07", "07 04 26 00 00 04", "07 10 11 00 00 04 08 00 00 00 00 00 00 00 00"] {
+        let story = tell(Story::of(&[]), stranger).ask(wrong).wait(6000);
+        assert_eq!(story.codes(), ["T01"], "{wrong}");
+    }
+    let all = tell(Story::of(&[]), stranger).ask("00 10 30 00 00 01 02 05 00").wait(6000);
+    assert_eq!(all.codes(), [""; 0]);
 }
 
 #[test]
@@ -54,14 +66,29 @@ fn a_register_that_the_profile_does_not_know_is_noted() {
 }
 
 #[test]
-fn a_read_before_any_start_is_said_when_the_beginning_was_seen() {
-    tell(alive(DO), READ).shows("D05", Master, &[2], None);
-    assert!(tell(Story::of(DO), READ).codes().is_empty(), "the start may have been long before");
-    let damaged = alive(DO).wait(2000).bytes(&hex("01 03 25 00 00 00 11 22")).wait(2000);
-    assert!(!tell(damaged, READ).codes().contains(&"D05"), "the damaged run may be the start");
-    assert!(tell(tell(alive(DO), START).wait(1000), READ).codes().is_empty());
-    let frozen = Story::of(DO).repeat(12, 1000, READ.0, READ.1).findings();
-    assert_eq!(frozen.iter().filter(|finding| finding.rule.code == "D05").count(), 3, "from the tenth on");
+fn a_read_before_any_start_is_told_by_its_values() {
+    let (zero, moving) = ("01 03 08 00 00 8D 41 00 00 00 00", "01 03 08 00 00 8E 41 66 66 66 3F");
+    let zeros = |count| alive(DO).repeat(count, 1000, READ.0, zero);
+    zeros(3).shows("D05", Master, &[6], None);
+    assert!(zeros(2).codes().is_empty());
+    let frozen = |story: Story, ms| story.repeat(12, ms, READ.0, READ.1).findings();
+    let count = |found: &[Finding]| found.iter().filter(|finding| finding.rule.code == "D05").count();
+    assert_eq!(count(&frozen(Story::of(DO), 1000)), 3, "from the tenth on");
+    assert_eq!(count(&frozen(Story::of(DO), 10)), 0, "faster than it measures");
+    assert_eq!(count(&frozen(tell(Story::of(DO), START), 1000)), 0);
+    let middle = alive(DO).repeat(12, 1000, READ.0, READ.1).tell(READ.0, moving);
+    assert!(!tell(alive(DO), READ).codes().contains(&"D05"), "the start may have been long before");
+    assert_eq!(count(&middle.findings()), 3, "what moves has started");
+}
+
+#[test]
+fn later_oxygen_probes_need_no_start() {
+    let count = |story: Story| story.findings().iter().filter(|finding| finding.rule.code == "D05").count();
+    let version = |software| tell(Story::of(DO), (VERSION.0, software)).repeat(12, 1000, READ.0, READ.1);
+    assert_eq!(count(version("01 03 04 02 00 06 02")), 0);
+    assert_eq!(count(version(VERSION.1)), 3);
+    let six = ("01 03 26 00 00 06", "01 03 0C 00 00 8D 41 66 66 66 3F 00 00 00 41");
+    assert_eq!(count(Story::of(DO).repeat(12, 1000, six.0, six.1)), 0);
 }
 
 #[test]
@@ -79,6 +106,20 @@ fn polls_keep_the_manuals_cycle() {
     let read = |ms| tell(tell(tell(alive(DO), START).wait(1000), READ).wait(ms), READ);
     assert_eq!(read(100).codes(), ["D07"]);
     assert!(read(480).codes().is_empty());
+}
+
+#[test]
+fn a_retry_is_no_poll_of_its_own() {
+    let polls = |retries: usize| {
+        let mut story = tell(tell(alive(DO), START).wait(1000), READ).wait(1000);
+        for _ in 0..retries {
+            story = story.ask(READ.0);
+        }
+        // The next poll keeps the time of the first attempt.
+        tell(tell(story, READ), READ).codes()
+    };
+    assert_eq!(polls(0), ["D07"], "0.5 s after the one before");
+    assert_eq!(polls(2), ["T01"], "1.5 s after the first attempt");
 }
 
 #[test]
@@ -105,6 +146,10 @@ fn a_calibration_is_said_with_what_was_before() {
     assert_eq!(change.message, "set-calibration wrote k 1.0215625, b 0; k 1, b 0 was known before (frame 3)");
     assert_eq!(tell(alive(DO), write).codes(), ["D10"]);
     assert!(tell(alive(DO), read).codes().is_empty());
+    let nothing = alive(DO).ask("01 10 11 00 00 00 00").wait(6000).findings();
+    let codes: Vec<_> = nothing.iter().map(|finding| finding.rule.code).collect();
+    assert_eq!(codes, ["M01", "D03", "T01"], "a write of nothing changes nothing");
+    assert_eq!(nothing[1].message, "set-calibration takes 4 registers, not 0");
 }
 
 #[test]
@@ -159,6 +204,15 @@ fn the_service_address_is_for_one_device_alone() {
     assert!(tell(alive(DO), ask).codes().is_empty());
     let two = alive(DO).tell("02 03 07 00 00 02", "02 03 04 01 00 01 08");
     tell(two, ask).shows("D16", Master, &[4], Some(0..1));
+}
+
+#[test]
+fn an_answer_from_the_service_address_is_not_asked_for_again_at_once() {
+    let ask = ("FF 03 30 00 00 01", "FF 03 02 01 00");
+    let asked = |count, ms| alive(DO).repeat(count, ms, ask.0, ask.1);
+    asked(3, 500).shows("D21", Master, &[6, 7], None);
+    assert!(asked(2, 500).codes().is_empty());
+    assert!(asked(9, 60_000).codes().is_empty(), "once a minute is a poll");
 }
 
 #[test]

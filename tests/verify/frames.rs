@@ -1,5 +1,6 @@
 //! F: damaged frames, and frames that nobody should send.
 
+use rtutap::analyze::verify::Finding;
 use rtutap::analyze::verify::Party::{Line, Master};
 
 use crate::story::{Story, hex, sealed};
@@ -28,6 +29,52 @@ fn a_wrong_crc_has_its_nearest_explanation() {
         "{}",
         many[0].message
     );
+}
+
+/// Lets an answer come that is not as it should be, right behind its request.
+fn spoilt_answer(spoil: impl Fn(&mut Vec<u8>)) -> Vec<Finding> {
+    let mut answer = sealed(VERSION_IS);
+    spoil(&mut answer);
+    let story = Story::of(DO).repeat(4, 500, VERSION, VERSION_IS).ask(VERSION).wait(20);
+    story.bytes(&answer).wait(3000).tell(VERSION, VERSION_IS).findings()
+}
+
+fn lose(bytes: &mut Vec<u8>, at: usize) {
+    bytes.remove(at);
+}
+
+#[test]
+fn a_byte_lost_doubled_or_replaced_is_told() {
+    let told = |found: Vec<Finding>, what: &str| {
+        let codes: Vec<_> = found.iter().map(|finding| finding.rule.code).collect();
+        assert_eq!(codes, ["F01"], "{found:#?}");
+        assert!(found[0].message.contains(what), "{} for {what}", found[0].message);
+    };
+    told(spoilt(|bytes| lose(bytes, 3)).findings(), "a byte before byte");
+    told(spoilt(|bytes| bytes.insert(3, bytes[3])).findings(), "came twice");
+    told(spoilt(|bytes| bytes[3] = 0x5A).findings(), "when byte 3 is 00");
+    told(spoilt_answer(|bytes| lose(bytes, 5)), "a byte before byte");
+    told(spoilt_answer(|bytes| bytes.insert(5, bytes[5])), "byte 6 came twice");
+    told(spoilt_answer(|bytes| bytes[4] = 0x77), "when byte 4 is 00");
+    let cut = spoilt_answer(|bytes| bytes.truncate(8));
+    assert_eq!((cut[0].rule.code, cut.len()), ("F04", 1), "the last byte is of the tail");
+}
+
+#[test]
+fn a_fixed_crc_is_the_masters_from_the_first_frame_on_where_nothing_else_is_damaged() {
+    // The CRC of address 1, sent to 6: on a clean bus nothing else explains it.
+    let fixed = [&[6], &sealed(VERSION)[1..]].concat();
+    let story = || Story::of(DO).repeat(4, 500, VERSION, VERSION_IS).wait(1000).bytes(&fixed).wait(3000);
+    let found = story().shows("F02", Master, &[8], Some(6..8));
+    assert_eq!(found.address, Some(6));
+    let noisy = Story::of(DO)
+        .tell(VERSION, VERSION_IS)
+        .ask(VERSION)
+        .wait(20)
+        .bytes(&hex("01 03 04 55 12 99 07 00 11"));
+    let noisy = noisy.wait(3000).repeat(4, 500, VERSION, VERSION_IS).bytes(&fixed).wait(3000).findings();
+    let last = noisy.last().expect("a finding");
+    assert_eq!((last.rule.code, last.address), ("F01", Some(1)), "{noisy:#?}");
 }
 
 #[test]

@@ -54,6 +54,8 @@ fn silence_after_a_brush_start_tells_of_the_supply() {
     let brush = alive().tell("01 10 2F 00 00 00 00", "01 10 2F 00 00 00");
     let dead = brush.ask("01 03 08 00 00 01").wait(6000);
     dead.shows("V04", Device, &[3, 4], None);
+    let wrong = alive().tell("01 10 2F 00 00 00 00", "01 10 2F 00 00 00").ask("01 03 09 00 00 07").wait(6000);
+    assert_eq!(wrong.codes(), ["D04", "T01"], "nobody answers that, brush or not");
     assert_eq!(alive().ask("01 03 08 00 00 01").wait(6000).codes(), ["T01"]);
 }
 
@@ -77,5 +79,10 @@ fn an_interval_that_nobody_wrote_tells_of_the_supply() {
     };
     story("1E 00").shows("V04", Device, &[0, 3], None);
     assert!(story("3C 00").codes().is_empty());
+    assert!(story("28 00").codes().is_empty(), "not the default: somebody may have written it");
+    let calibration = |k: &str| ("01 03 11 00 00 04".to_owned(), format!("01 03 08 {k} 00 00 00 00"));
+    let (ask, one) = calibration("00 00 80 3F");
+    let story = Story::of(&["1=yosemitech-do"]).tell(&ask, &one).tell(&ask, &calibration("00 00 00 40").1);
+    assert!(story.codes().is_empty(), "a calibration survives");
     assert!(sealed("01").len() == 3);
 }

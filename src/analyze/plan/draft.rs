@@ -1,22 +1,19 @@
 //! Writes down what a master does.
 
-use super::{Command, Device, Plan};
+use super::pace::Tally;
+use super::{Command, Device, Pace, Plan};
 use crate::decode::transaction::{Outcome, Transaction};
 use crate::device::Meaning;
-use crate::time::{MILLISECOND, Timestamp};
+use crate::time::{MILLISECOND, SECOND, Timestamp};
 
 /// Commands of a device that are written down, and steps between them.
 const MOST: usize = 500;
-/// From how many requests on a command is a habit.
-const HABIT: u64 = 3;
 
 /// Is a command as it was seen.
 #[derive(Clone, Debug)]
 struct Seen {
     command: Command,
-    count: u64,
-    first: Option<Timestamp>,
-    last: Option<Timestamp>,
+    tally: Tally,
 }
 
 /// Is a device as it was asked.
@@ -24,8 +21,10 @@ struct Seen {
 struct Asked {
     device: Device,
     commands: Vec<Seen>,
+    any: Tally,
     /// The last request: its id and its command.
     last: Option<(u64, usize)>,
+    /// The longest latency that an answer can have had, in nanoseconds.
     slowest_ns: i64,
 }
 
@@ -33,25 +32,28 @@ struct Asked {
 #[derive(Clone, Debug, Default)]
 pub struct Draft {
     asked: Vec<Asked>,
+    begin: Option<Timestamp>,
+    end: Option<Timestamp>,
 }
 
 impl Draft {
     /// Takes a transaction.
     pub fn transaction(&mut self, t: &Transaction<'_>, meaning: &Meaning<'_>) {
         let Some(request) = t.request.filter(|side| !side.damaged) else { return };
+        let start = request.time.map(|time| time.start.midpoint());
+        self.begin = self.begin.or(start);
+        self.end = self.end.max(request.time.map(|time| time.end.midpoint()));
         let asked = self.asked(t.address);
+        asked.any.add(request.id, start);
         if let Some(device) = meaning.device() {
             asked.device.device = Some(device.to_owned());
         }
         if t.outcome == Outcome::Answered {
-            asked.slowest_ns = asked.slowest_ns.max(t.latency.map_or(0, |latency| latency.least));
+            asked.slowest_ns = asked.slowest_ns.max(t.latency.map_or(0, |latency| latency.most));
         }
         let Some(at) = asked.command(t, meaning) else { return };
         let seen = &mut asked.commands[at]; // just found or made
-        seen.count += 1;
-        let start = request.time.map(|time| time.start.midpoint());
-        seen.first = seen.first.or(start);
-        seen.last = start.or(seen.last);
+        seen.tally.add(request.id, start);
         asked.step(request.id, at);
     }
 
@@ -62,22 +64,31 @@ impl Draft {
                     address,
                     device: None,
                     latency_ns: None,
+                    silence_ns: None,
                     order: Vec::new(),
                     commands: Vec::new(),
                 };
-                self.asked.insert(at, Asked { device, commands: Vec::new(), last: None, slowest_ns: 0 });
+                let (any, commands) = (Tally::default(), Vec::new());
+                self.asked.insert(at, Asked { device, commands, any, last: None, slowest_ns: 0 });
                 at
             });
         &mut self.asked[at] // just found or made
     }
 
-    /// Returns the plan of a master that does the same.
+    /// Returns the plan of a master that does the same; one without devices when nothing was asked.
     pub fn finish(self) -> Plan {
+        let heard = self.begin.zip(self.end);
         let devices = self.asked.into_iter().map(|mut asked| {
             // Half as slow again is not alarming.
-            let limit = asked.slowest_ns.saturating_mul(3) / 2 / MILLISECOND * MILLISECOND + MILLISECOND;
+            let limit = rounded(asked.slowest_ns.saturating_mul(3) / 2, MILLISECOND);
             asked.device.latency_ns = (asked.slowest_ns > 0).then_some(limit);
-            asked.device.commands = asked.commands.into_iter().map(Seen::planned).collect();
+            let pace = heard.and_then(|(begin, end)| asked.any.pace(begin, end));
+            asked.device.silence_ns = pace.zip(heard).and_then(|((_, most), (begin, end))| {
+                let (before, after) = asked.any.edges_ns(begin, end)?;
+                let longest = asked.any.longest_ns.max(before).max(after).max(most);
+                Some(rounded(longest.saturating_mul(2), SECOND))
+            });
+            asked.device.commands = asked.commands.into_iter().map(|seen| seen.planned(heard)).collect();
             asked.device
         });
         Plan { devices: devices.collect() }
@@ -104,7 +115,7 @@ impl Asked {
         }
         let (register, quantity) = (t.start_register, t.quantity);
         let command = Command { name, function, register, quantity, every_ns: None };
-        self.commands.push(Seen { command, count: 0, first: None, last: None });
+        self.commands.push(Seen { command, tally: Tally::default() });
         Some(self.commands.len() - 1)
     }
 
@@ -127,15 +138,14 @@ impl Asked {
 }
 
 impl Seen {
-    fn planned(self) -> Command {
-        let span = self.last.zip(self.first).map(|(last, first)| last - first);
-        let intervals = i64::try_from(self.count.saturating_sub(1)).unwrap_or(i64::MAX);
-        let mean = span.and_then(|span| span.checked_div(intervals)).filter(|mean| *mean > 0);
-        // A fifth more or a quarter less often is still the same pace.
-        let round = |ns: i64| ns / MILLISECOND * MILLISECOND;
-        let every = mean
-            .filter(|_| self.count >= HABIT)
-            .map(|mean| (round(mean / 5 * 4), round(mean / 4 * 5) + MILLISECOND));
-        Command { every_ns: every, ..self.command }
+    fn planned(self, heard: Option<(Timestamp, Timestamp)>) -> Command {
+        let pace = heard.and_then(|(begin, end)| self.tally.pace(begin, end));
+        let round = |(least, most): Pace| (least / MILLISECOND * MILLISECOND, rounded(most, MILLISECOND));
+        Command { every_ns: pace.map(round), ..self.command }
     }
+}
+
+/// Rounds up, by one unit at most.
+fn rounded(ns: i64, unit: i64) -> i64 {
+    ns / unit * unit + unit
 }

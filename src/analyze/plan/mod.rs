@@ -4,7 +4,8 @@
 //! [[device]]
 //! address = 1
 //! device = "yosemitech-do"
-//! latency = 40                  # an answer begins within so many milliseconds
+//! latency = 40                  # ms: an answer begins within this time
+//! silence = 10                  # s: it is asked something at least this often; without it it may be left alone
 //! order = ["start-measurement > get-measurement", "get-measurement > get-measurement"]
 //!
 //! [[device.command]]
@@ -12,12 +13,15 @@
 //! function = 3
 //! register = 0x2600
 //! quantity = 4
-//! every = [1.0, 1.5]            # seconds between two, on average; without it the command may come or not
+//! every = [1.0, 1.5]            # s between two, on average, at least and at most; without it it may come or not
 //! ```
 
 mod check;
 mod draft;
+mod pace;
 mod parse;
+#[cfg(test)]
+mod tests;
 
 use std::fmt;
 
@@ -25,8 +29,15 @@ pub use check::Check;
 pub use draft::Draft;
 
 use crate::decode::transaction::Transaction;
+use crate::device::Profiles;
 use crate::section::Problem;
 use crate::time::{MILLISECOND, SECOND};
+
+/// From how many requests on something is a habit.
+const HABIT: u64 = 3;
+
+/// The least and the most time between two on average, in nanoseconds.
+type Pace = (i64, i64);
 
 /// Says what a master is expected to do.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -44,6 +55,8 @@ pub struct Device {
     pub device: Option<String>,
     /// How long an answer takes at most to begin, in nanoseconds.
     pub latency_ns: Option<i64>,
+    /// How long it may be asked nothing at all, in nanoseconds; for ever when `None`.
+    pub silence_ns: Option<i64>,
     /// Which command may follow which, by name; any when empty.
     pub order: Vec<(String, String)>,
     /// What it is asked.
@@ -62,16 +75,16 @@ pub struct Command {
     /// The quantity, for functions that name one.
     pub quantity: Option<u16>,
     /// The least and the most time between two on average, in nanoseconds; `None` for what may come or not.
-    pub every_ns: Option<(i64, i64)>,
+    pub every_ns: Option<Pace>,
 }
 
 impl Plan {
-    /// Reads a plan from TOML.
+    /// Reads a plan from TOML, for devices of these profiles.
     ///
     /// # Errors
     /// All problems in the order of the text.
-    pub fn from_toml(text: &str) -> Result<Plan, Vec<Problem>> {
-        parse::plan(text)
+    pub fn from_toml(text: &str, profiles: &Profiles) -> Result<Plan, Vec<Problem>> {
+        parse::plan(text, profiles)
     }
 }
 
@@ -94,10 +107,15 @@ impl fmt::Display for Plan {
                 writeln!(f, "device = {id:?}")?;
             }
             if let Some(latency) = device.latency_ns {
-                writeln!(f, "latency = {}", latency as f64 / MILLISECOND as f64)?;
+                let milliseconds = latency as f64 / MILLISECOND as f64;
+                writeln!(f, "latency = {milliseconds} # ms: an answer begins within this time")?;
+            }
+            if let Some(silence) = device.silence_ns {
+                let seconds = silence as f64 / SECOND as f64;
+                writeln!(f, "silence = {seconds} # s: it is asked something at least this often")?;
             }
             if !device.order.is_empty() {
-                writeln!(f, "order = [")?;
+                writeln!(f, "# Which command may follow which; any, without this.\norder = [")?;
                 device.order.iter().try_for_each(|(from, to)| writeln!(f, "    \"{from} > {to}\","))?;
                 writeln!(f, "]")?;
             }
@@ -118,7 +136,8 @@ impl fmt::Display for Command {
         }
         if let Some((least, most)) = self.every_ns {
             let seconds = |ns: i64| ns as f64 / SECOND as f64;
-            writeln!(f, "every = [{}, {}]", seconds(least), seconds(most))?;
+            let (least, most) = (seconds(least), seconds(most));
+            writeln!(f, "every = [{least}, {most}] # s between two, on average")?;
         }
         Ok(())
     }

@@ -1,14 +1,17 @@
 //! D: addresses: given up, reserved for service, or for all.
 
-use super::bus::Bus;
+use super::bus::{Asked, Bus};
 use super::catalogue::{D15, D16, D21, D22};
 use super::finding::Finding;
 use super::verifier::Found;
 use crate::decode::transaction::{Outcome, Side, Transaction};
 use crate::device::Meaning;
+use crate::time::SECOND;
 
 /// How often a service request has to be repeated for nothing.
 const REPEATED: usize = 3;
+/// Nanoseconds within which one who does not see the answer asks again.
+const AGAIN_NS: i64 = 5 * SECOND;
 
 pub(super) fn transaction(t: &Transaction<'_>, meaning: &Meaning<'_>, bus: &Bus, found: &mut Found) {
     let Some(request) = t.request.filter(|side| !side.damaged) else { return };
@@ -36,8 +39,13 @@ fn service(t: &Transaction<'_>, request: &Side<'_>, bus: &Bus) -> impl Iterator<
     let answer = t.response.filter(|side| !side.damaged && t.outcome == Outcome::Answered);
     let ignored = answer.and_then(|answer| {
         let at = bus.requests.iter().position(|asked| asked.id == request.id)?;
-        let before = bus.requests.iter().take(at + 1).rev();
-        let count = before.take_while(|asked| asked.bytes == request.bytes).count();
+        let mut later = request.time;
+        let is_again = |asked: &&Asked| {
+            let gap = asked.time.zip(later).map(|(asked, later)| asked.end.until(later.start).least);
+            later = asked.time;
+            asked.bytes == request.bytes && gap.is_none_or(|gap| gap <= AGAIN_NS)
+        };
+        let count = bus.requests.iter().take(at + 1).rev().take_while(is_again).count();
         let message = format!(
             "the same was asked at 0x{:02X} {count} times in a row, although it was answered",
             t.address

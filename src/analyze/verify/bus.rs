@@ -9,6 +9,8 @@ use crate::decode::transaction::{Outcome, Side, Transaction};
 use crate::device::{Command, Kind, Meaning, Profile, Profiles};
 use crate::time::MILLISECOND;
 
+/// The field of the software's version, the same in every profile.
+const SOFTWARE_VERSION: &str = "software_version";
 /// Requests remembered: more than can be undecided at a time.
 const MOST_REQUESTS: usize = 64;
 /// Damaged runs remembered.
@@ -39,8 +41,8 @@ pub(super) struct Unit {
     /// How many it left unanswered since its last answer.
     pub(super) silent: u64,
     pub(super) last_answer: Option<Mark>,
-    /// Whether the first request seen was not for a measurement: then its beginning was seen.
-    pub(super) beginning_seen: Option<bool>,
+    /// Whether it measures without a start: later probes do.
+    pub(super) starts_itself: bool,
     pub(super) start: Option<Mark>,
     pub(super) stop: Option<Mark>,
     pub(super) brush: Option<Mark>,
@@ -55,10 +57,16 @@ pub(super) struct Unit {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Measured {
     pub(super) register: u16,
+    /// The first attempt, when it was retried.
     pub(super) request: Mark,
+    /// The attempt that was answered.
+    pub(super) answered: u64,
     pub(super) checksum: u16,
-    /// How many reads before had the same data.
+    /// How many reads before had the same data, and from when on.
     pub(super) same: u32,
+    pub(super) same_since: Option<WireTime>,
+    /// How many reads in a row had nothing but zeros and a temperature.
+    pub(super) zeros: u32,
     /// How long its answer took at least, in nanoseconds.
     pub(super) latency_ns: i64,
 }
@@ -94,7 +102,16 @@ pub(super) struct Tally {
 #[derive(Clone, Debug)]
 pub(super) struct Asked {
     pub(super) id: u64,
+    pub(super) time: Option<WireTime>,
     pub(super) bytes: Vec<u8>,
+}
+
+/// Is an answer that came right behind a repetition of its request, too soon to be the answer to that.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Crossed {
+    /// The request that was answered late.
+    pub(super) request: u64,
+    pub(super) response: u64,
 }
 
 /// Holds what was seen of a bus.
@@ -115,6 +132,10 @@ pub(super) struct Bus {
     tallies: BTreeMap<(u8, u8, u16), Tally>,
     /// The latest change of address.
     pub(super) moved: Option<Moved>,
+    /// The latest answer that crossed a repetition of its request.
+    pub(super) crossed: Option<Crossed>,
+    /// Whether a device has answered that one of the profiles fits, or somebody said that there is one.
+    pub(super) has_family: bool,
     /// Id after the last frame or run.
     pub(super) next_id: u64,
 }
@@ -131,6 +152,8 @@ impl Bus {
             damage: VecDeque::new(),
             tallies: BTreeMap::new(),
             moved: None,
+            crossed: None,
+            has_family: false,
             next_id: 0,
         }
     }
@@ -202,7 +225,7 @@ impl Bus {
             }
             bytes.clear();
             bytes.extend_from_slice(frame.place.bytes);
-            self.requests.push_back(Asked { id: frame.place.id, bytes });
+            self.requests.push_back(Asked { id: frame.place.id, time: frame.place.time, bytes });
         }
     }
 
@@ -220,6 +243,15 @@ impl Bus {
 
     pub(super) fn lost(&mut self) {
         push(&mut self.hidden, self.next_id);
+    }
+
+    /// Looks whether a device that one of the profiles fits is on the bus: others are not held against manuals.
+    pub(super) fn look_for_family(&mut self, t: &Transaction<'_>, meaning: &Meaning<'_>) -> bool {
+        let is_answered = matches!(t.outcome, Outcome::Answered | Outcome::Late);
+        self.has_family = self.has_family
+            || meaning.profile().is_some()
+            || is_answered && meaning.candidates().next().is_some();
+        self.has_family
     }
 
     /// Remembers a transaction that was judged.
@@ -245,7 +277,9 @@ impl Bus {
         } else if t.outcome == Outcome::NoResponse {
             unit.silent += 1;
         }
-        unit.beginning_seen.get_or_insert(kind != Kind::Measurement);
+        if t.outcome == Outcome::Answered && !unit.starts_itself {
+            unit.starts_itself = starts_itself(t, meaning, kind);
+        }
         // A damaged acknowledgement is one all the same.
         if matches!(t.outcome, Outcome::Answered | Outcome::Late | Outcome::Damaged) {
             let mark = answer.unwrap_or(mark);
@@ -294,6 +328,19 @@ fn push(ids: &mut VecDeque<u64>, id: u64) {
         ids.pop_front();
     }
     ids.push_back(id);
+}
+
+/// Tells whether an answer shows a device that measures without a start.
+fn starts_itself(t: &Transaction<'_>, meaning: &Meaning<'_>, kind: Kind) -> bool {
+    let Some(measuring) = meaning.profile().map(|profile| profile.measuring) else { return false };
+    if kind == Kind::Measurement {
+        return t.quantity.is_some() && measuring.starts_itself_quantity == t.quantity;
+    }
+    let Some(from) = measuring.starts_itself_software.filter(|_| kind == Kind::Other) else { return false };
+    let mut fields = meaning.fields().filter(|field| field.name == SOFTWARE_VERSION);
+    let text = fields.next().map(|field| field.value.to_string());
+    let major = text.as_deref().and_then(|text| text.split('.').next()?.parse::<u8>().ok());
+    major.is_some_and(|major| major >= from)
 }
 
 /// Returns what a request is for, as far as the profiles that fit agree.

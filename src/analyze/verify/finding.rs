@@ -124,6 +124,11 @@ impl Finding {
         }
     }
 
+    /// Returns what to check next, by who is to blame.
+    pub fn help(&self) -> &'static str {
+        super::catalogue::help(self.rule, self.party)
+    }
+
     /// Blames another party than the rule does.
     pub fn by(self, party: Party) -> Self {
         Finding { party, ..self }

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::catalogue::{L01, L02, L03, L04, L05, L06, L07};
+use super::bus::{Bus, Crossed};
+use super::catalogue::{L01, L02, L03, L04, L05, L06, L07, T02};
 use super::finding::{Finding, Party, Severity};
 use super::verifier::Found;
 use crate::decode::chunk::{LineErrorKind, Lost};
@@ -54,7 +55,7 @@ impl LineRules {
         }
     }
 
-    pub(super) fn frame(&mut self, frame: &Frame<'_>, stamper: &Stamper, found: &mut Found) {
+    pub(super) fn frame(&mut self, frame: &Frame<'_>, stamper: &Stamper, bus: &mut Bus, found: &mut Found) {
         let place = &frame.place;
         self.errors(place, Some(frame.address()), found);
         self.echo(frame, found);
@@ -62,7 +63,7 @@ impl LineRules {
             self.granularity(place, stamper, found);
             self.inside(frame, stamper, found);
             if self.frame_end == Some(place.stream_offset) && !frame.echo {
-                self.between(frame, stamper, found);
+                self.between(frame, stamper, bus, found);
             }
         }
         self.frame_end = Some(place.stream_offset + place.bytes.len() as u64);
@@ -197,7 +198,7 @@ impl LineRules {
     }
 
     /// Looks whether the silence before a frame is certainly too short.
-    fn between(&mut self, frame: &Frame<'_>, stamper: &Stamper, found: &mut Found) {
+    fn between(&mut self, frame: &Frame<'_>, stamper: &Stamper, bus: &mut Bus, found: &mut Found) {
         let Some(gap) = stamper.gap_before(frame.place.stream_offset) else { return };
         let fixed = self.line.t3_5_ns();
         let severity = if gap.most < self.shortest_between {
@@ -207,6 +208,10 @@ impl LineRules {
         } else {
             return;
         };
+        if let Some(finding) = crossed(frame, bus).filter(|_| severity == Severity::Error) {
+            found.push_back(finding);
+            return;
+        }
         let least = if severity == Severity::Error { self.shortest_between } else { fixed };
         let message = format!(
             "at most {} of silence before a {}; at least {} is due",
@@ -250,6 +255,24 @@ impl LineRules {
         let none = LineSettings { parity: Parity::None, stop_bits: StopBits::Two, ..self.line };
         format!("; the talkers may use {other} or {none}")
     }
+}
+
+/// Finds an answer that comes right behind a repetition of its request: nobody answers that fast.
+fn crossed(frame: &Frame<'_>, bus: &mut Bus) -> Option<Finding> {
+    let mut requests = bus.requests.iter().rev();
+    let (again, first) = (requests.next()?, requests.next()?);
+    let id = frame.place.id;
+    if frame.role != Role::Response || [first.id + 2, again.id + 1] != [id; 2] || first.bytes != again.bytes {
+        return None;
+    }
+    let latency = first.time.zip(frame.place.time).map(|(asked, answer)| asked.end.until(answer.start));
+    let after =
+        latency.map_or_else(String::new, |latency| format!(" {} after it", milliseconds(latency.midpoint())));
+    let message = format!("the answer to a request came{after}, when the master had just asked again");
+    let finding = Finding::new(&T02, end(&frame.place), message).at(frame.address());
+    let finding = finding.shown_by([first.id, again.id, id]);
+    bus.crossed = Some(Crossed { request: first.id, response: id });
+    Some(finding)
 }
 
 fn stray(bytes: &[u8]) -> String {

@@ -7,12 +7,17 @@ use super::catalogue::{D05, D06, D07, D08, D17};
 use super::finding::{Finding, Rule};
 use super::line::seconds;
 use super::verifier::Found;
+use crate::decode::frame::Role;
 use crate::decode::transaction::{Outcome, Side, Transaction};
-use crate::device::{Kind, Meaning, Profile};
+use crate::device::{Field, Kind, Meaning, Profile};
 use crate::time::MILLISECOND;
 
 /// How often in a row the data of reads have to be the same to show that nothing is measured.
 const FROZEN: u32 = 9;
+/// How often in a row everything but the temperature has to be 0 for the same.
+const ZEROS: u32 = 3;
+/// The field that is measured without a start, too, the same in every profile.
+const TEMPERATURE: &str = "temperature";
 /// Nanoseconds after which a master may have given up on an answer.
 const SLOW_NS: i64 = 100 * MILLISECOND;
 /// Which part of the manual's cycle is not yet too fast: clocks differ.
@@ -26,15 +31,16 @@ pub(super) fn transaction(t: &Transaction<'_>, meaning: &Meaning<'_>, bus: &mut 
         return;
     };
     let Some(request) = t.request.filter(|side| !side.damaged) else { return };
-    remember(t, register, &request, bus);
+    remember(t, meaning, register, &request, bus);
     let read = Read { profile, t, request, register, unit: bus.unit(t.address), bus };
     let findings = [read.before_start(), read.too_early(), read.after_stop(), read.while_brushing()];
     found.extend(findings.into_iter().flatten());
     if let Some(previous) = read.unit.measured.filter(|_| t.outcome == Outcome::Answered) {
-        found.extend(read.too_fast(&previous));
-        let mark = Mark::of(&request);
+        let first = read.first_attempt(&previous);
+        found.extend(read.too_fast(&previous, &first));
         bus.unit_mut(t.address).measured = Some(Measured {
-            request: mark,
+            request: first,
+            answered: request.id,
             register,
             latency_ns: t.latency.map_or(0, |latency| latency.least),
             ..previous
@@ -43,29 +49,48 @@ pub(super) fn transaction(t: &Transaction<'_>, meaning: &Meaning<'_>, bus: &mut 
 }
 
 /// Counts how often the data stay the same.
-fn remember(t: &Transaction<'_>, register: u16, request: &Side<'_>, bus: &mut Bus) {
+fn remember(t: &Transaction<'_>, meaning: &Meaning<'_>, register: u16, request: &Side<'_>, bus: &mut Bus) {
     let Some([.., low, high]) = t.response.filter(|_| t.outcome == Outcome::Answered).map(|side| side.bytes)
     else {
         return;
     };
     let checksum = u16::from_le_bytes([*low, *high]);
+    let is_zero = is_zero(meaning, bus.unit(t.address));
     let unit = bus.unit_mut(t.address);
     match &mut unit.measured {
         Some(last) if last.register == register => {
-            last.same = if last.checksum == checksum { last.same.saturating_add(1) } else { 0 };
+            if last.checksum == checksum {
+                last.same = last.same.saturating_add(1);
+            } else {
+                (last.same, last.same_since) = (0, request.time);
+            }
             last.checksum = checksum;
+            last.zeros = if is_zero { last.zeros.saturating_add(1) } else { 0 };
         }
         // Far in the past: the first read follows none.
         _ => {
             unit.measured = Some(Measured {
                 register,
                 request: Mark { id: request.id, time: None },
+                answered: request.id,
                 checksum,
                 same: 0,
+                same_since: request.time,
+                zeros: u32::from(is_zero),
                 latency_ns: 0,
             })
         }
     }
+}
+
+/// Tells whether nothing but a temperature was measured: everything else is 0.
+fn is_zero(meaning: &Meaning<'_>, unit: &Unit) -> bool {
+    if unit.start.is_some() || !meaning.profile().is_some_and(|profile| profile.measuring.needs_start) {
+        return false; // nobody asks
+    }
+    let is_value = |field: &Field<'_>| field.side == Role::Response && field.is_quantity;
+    let mut values = meaning.fields().filter(is_value).filter(|field| field.name != TEMPERATURE).peekable();
+    values.peek().is_some() && values.all(|field| field.value.as_f64() == Some(0.0))
 }
 
 /// Is a read of measurements.
@@ -92,18 +117,22 @@ impl Read<'_> {
 
     fn before_start(&self) -> Option<Finding> {
         let unit = self.unit;
-        if !self.profile.measuring.needs_start || unit.start.is_some() || unit.stop.is_some() {
+        let (measuring, measured) = (self.profile.measuring, unit.measured?);
+        let has_started = unit.start.is_some() || unit.stop.is_some() || unit.starts_itself;
+        if !measuring.needs_start || has_started || measured.register != self.register {
             return None;
         }
-        let same = unit.measured.map_or(0, |measured| measured.same);
-        if same >= FROZEN {
-            let message =
-                format!("no start was seen, and {} reads in a row brought the same values", same + 1);
+        if measured.zeros >= ZEROS {
+            let message = format!("no start was seen, and {} reads in a row brought 0", measured.zeros);
             return Some(self.finding(&D05, None, message));
         }
-        let is_certain = unit.beginning_seen == Some(true) && !self.bus.may_hide(0, self.request.id);
-        let message = || "no start was seen since the master began with this device".to_owned();
-        is_certain.then(|| self.finding(&D05, None, message()))
+        let span =
+            measured.same_since.zip(self.request.time).map(|(from, to)| from.end.until(to.start).least);
+        let due = measuring.cycle_ns.unwrap_or(0).saturating_mul(FROZEN.into());
+        let is_frozen = measured.same >= FROZEN && span.is_none_or(|span| span >= due);
+        let message =
+            || format!("no start was seen, and {} reads in a row brought the same values", measured.same + 1);
+        is_frozen.then(|| self.finding(&D05, None, message()))
     }
 
     fn too_early(&self) -> Option<Finding> {
@@ -139,9 +168,17 @@ impl Read<'_> {
         Some(self.finding(&D17, Some(brush), message))
     }
 
-    fn too_fast(&self, previous: &Measured) -> Option<Finding> {
+    /// Returns the first request for the same since the last that was answered: those that follow it are retries.
+    fn first_attempt(&self, previous: &Measured) -> Mark {
+        let asked = self.bus.requests.iter().find(|asked| {
+            asked.id > previous.answered && asked.id < self.request.id && asked.bytes == self.request.bytes
+        });
+        asked.map_or_else(|| Mark::of(&self.request), |asked| Mark { id: asked.id, time: asked.time })
+    }
+
+    fn too_fast(&self, previous: &Measured, first: &Mark) -> Option<Finding> {
         let cycle = self.profile.measuring.cycle_ns.filter(|_| previous.register == self.register)?;
-        let (before, now) = (previous.request.time?, self.request.time?);
+        let (before, now) = (previous.request.time?, first.time?);
         let most = before.start.until(now.start).most;
         // Whoever gave up on a slow or damaged answer asks again.
         if previous.latency_ns > SLOW_NS || self.bus.is_damaged_between(previous.request.id, self.request.id)

@@ -14,20 +14,19 @@ use crate::device::{Command, Kind, Meaning, Profile};
 /// How often a start has to stay unanswered, by a unit that answers others, to be that of another kind of device.
 const SURE: u32 = 2;
 
-/// Judges a request; tells whether it is why the device does not answer.
-pub(super) fn transaction(t: &Transaction<'_>, meaning: &Meaning<'_>, bus: &Bus, found: &mut Found) -> bool {
-    let Some(request) = t.request.filter(|side| !side.damaged) else { return false };
-    let (Some(register), true) = (t.start_register, t.address != 0) else { return false };
+/// Judges a request.
+pub(super) fn transaction(t: &Transaction<'_>, meaning: &Meaning<'_>, bus: &Bus, found: &mut Found) {
+    let Some(request) = t.request.filter(|side| !side.damaged) else { return };
+    let (Some(register), true) = (t.start_register, t.address != 0) else { return };
     let asked = Asked { t, register, bus };
     let verdict = match meaning.profile() {
         Some(profile) => asked.of(profile),
         None => asked.of_unknown(meaning),
     };
-    let Some(Verdict { rule, message, span, answers }) = verdict else { return false };
+    let Some(Verdict { rule, message, span }) = verdict else { return };
     let time = request.time.map(|time| time.end.midpoint());
     let finding = Finding::new(rule, time, message).at(t.address).about(register).within(span);
     found.push_back(finding.shown_by([request.id]));
-    !answers
 }
 
 /// Is what is wrong with a request.
@@ -35,13 +34,11 @@ struct Verdict {
     rule: &'static Rule,
     message: String,
     span: std::ops::Range<usize>,
-    /// Whether the device may answer all the same.
-    answers: bool,
 }
 
 impl Verdict {
     fn new(rule: &'static Rule, span: std::ops::Range<usize>, message: String) -> Option<Verdict> {
-        Some(Verdict { rule, message, span, answers: false })
+        Some(Verdict { rule, message, span })
     }
 }
 
@@ -95,12 +92,10 @@ impl Asked<'_> {
         let quantity = self.t.quantity.filter(|quantity| !command.quantities.contains(quantity))?;
         let takes: Vec<String> = command.quantities.iter().map(u16::to_string).collect();
         let message = format!("{} takes {} registers, not {quantity}", command.name, takes.join(" or "));
-        let answers = self.t.outcome != Outcome::NoResponse;
-        if command.kind == Kind::Calibration {
-            let message = format!("{message}: what belongs together is written in parts");
-            return Verdict::new(&D12, 4..6, message).map(|verdict| Verdict { answers, ..verdict });
+        if command.kind == Kind::Calibration && quantity > 0 {
+            return Verdict::new(&D12, 4..6, format!("{message}: what belongs together is written in parts"));
         }
-        Verdict::new(&D03, 4..6, message).map(|verdict| Verdict { answers, ..verdict })
+        Verdict::new(&D03, 4..6, message)
     }
 
     /// Finds a part of a calibration that has to be written whole.
@@ -109,6 +104,7 @@ impl Asked<'_> {
             let registers = u32::from(command.quantities.last().copied().unwrap_or(0));
             let (first, own) = (u32::from(command.start_register), u32::from(self.register));
             command.kind == Kind::Calibration
+                && self.t.quantity != Some(0)
                 && command.function == self.function()
                 && (first..first + registers).contains(&own)
         })?;
@@ -174,7 +170,7 @@ pub(super) fn missing_byte_count(damaged: &Damaged<'_>, bus: &Bus, found: &mut F
     let place = &damaged.place;
     let &[address, 16, s1, s0, 0, 0, c1, c0] = place.bytes else { return false };
     let register = u16::from_be_bytes([s1, s0]);
-    if !bus.declares(16, register, Form::ZeroQuantity) {
+    if !bus.has_family || !bus.declares(16, register, Form::ZeroQuantity) {
         return false;
     }
     let whole = [address, 16, s1, s0, 0, 0, 0];
@@ -196,7 +192,11 @@ pub(super) fn looks_like_acknowledgement(t: &Transaction<'_>, bus: &Bus, found: 
     let &[address, 16, s1, s0, 0, 0, _, _] = response.bytes else { return false };
     let register = u16::from_be_bytes([s1, s0]);
     let is_lone = response.id == 0 || !bus.is_damaged_after(response.id.saturating_sub(3));
-    if t.outcome != Outcome::Unsolicited || !bus.declares(16, register, Form::ZeroQuantity) || !is_lone {
+    if !bus.has_family
+        || t.outcome != Outcome::Unsolicited
+        || !bus.declares(16, register, Form::ZeroQuantity)
+        || !is_lone
+    {
         return false;
     }
     let message = format!(

@@ -71,7 +71,8 @@ impl Write<'_> {
         let kept = bus.unit(self.t.address).kept.iter().find(|kept| kept.register == self.register).cloned();
         match self.command.kind {
             Kind::Calibration => {
-                found.push_back(self.calibration(kept.as_ref(), &new));
+                // A write of nothing changes nothing.
+                found.extend((!new.is_empty()).then(|| self.calibration(kept.as_ref(), &new)));
                 found.extend(self.implausible().filter(|_| !is_swapped));
             }
             Kind::Address => found.extend(self.address().filter(|_| !is_swapped)),
@@ -84,7 +85,7 @@ impl Write<'_> {
         let is_kept = matches!(self.command.kind, Kind::Calibration | Kind::Setting);
         let same = kept.as_ref().filter(|kept| kept.text == new).map_or(0, |kept| kept.writes);
         let writes = same.saturating_add(1);
-        if is_kept && writes >= REPEATED {
+        if is_kept && !new.is_empty() && writes >= REPEATED {
             let message = format!("{} wrote {new} {writes} times in a row", self.command.name);
             found.push_back(self.finding(&D20, message));
         }
@@ -210,12 +211,16 @@ fn read_back(
         return;
     }
     let kept = bus.unit(t.address).kept.iter().find(|kept| kept.register == register).cloned();
-    let is_clock = command.response.iter().any(|field| field.encoding == Encoding::BcdTime);
-    if let Some(kept) = kept.as_ref().filter(|kept| kept.text != new && !is_clock)
+    let is_default =
+        |field: &Field<'_>| field.spec.default.is_some_and(|it| field.value.as_f64() == Some(it));
+    let is_back = meaning.fields().any(|field| field.side == Role::Response && is_default(&field));
+    if let Some(kept) = kept.as_ref().filter(|kept| kept.text != new && is_back)
         && !bus.may_hide(kept.mark.id, response.id)
     {
-        let message =
-            format!("{} brought {new}; it was {} before, and nobody wrote it since", command.name, kept.text);
+        let message = format!(
+            "{} brought {new}, the default; it was {} before, and nobody wrote it since",
+            command.name, kept.text
+        );
         let time = response.time.map(|time| time.end.midpoint());
         let finding = Finding::new(&V04, time, message).at(t.address).about(register);
         found.push_back(finding.shown_by([kept.mark.id, response.id]));

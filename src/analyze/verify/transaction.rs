@@ -6,8 +6,10 @@ use super::finding::{Finding, Party, Rule};
 use super::line::{milliseconds, seconds};
 use super::request;
 use super::verifier::Found;
+use crate::decode::candidate::has_known_length;
 use crate::decode::shape::Form;
 use crate::decode::transaction::{Outcome, Side, Transaction};
+use crate::device::Meaning;
 use crate::time::SECOND;
 
 /// How often the same request has to stay unanswered to be a storm.
@@ -25,10 +27,22 @@ pub(super) struct TransactionRules {
 }
 
 impl TransactionRules {
-    /// `explained` tells whether the request itself is why nobody answers.
-    pub(super) fn transaction(&mut self, t: &Transaction<'_>, bus: &Bus, explained: bool, found: &mut Found) {
+    /// Judges what became of a request, of which other rules have found what they find; tells whether the request
+    /// itself is why nobody answered.
+    pub(super) fn transaction(
+        &mut self,
+        t: &Transaction<'_>,
+        meaning: &Meaning<'_>,
+        bus: &Bus,
+        found: &mut Found,
+    ) -> bool {
+        let mut is_explained = false;
         match t.outcome {
-            Outcome::NoResponse => self.no_response(t, bus, explained, found),
+            Outcome::NoResponse => {
+                let why = explanation(t, meaning, bus, found);
+                is_explained = why.is_some();
+                self.no_response(t, bus, why, found);
+            }
             Outcome::Late => found.extend(late(t, bus)),
             Outcome::Unsolicited => self.unsolicited(t, bus, found),
             Outcome::Exception => {
@@ -42,23 +56,25 @@ impl TransactionRules {
         if let (Some(response), Outcome::Answered | Outcome::Unsolicited) = (&t.response, t.outcome) {
             self.answered = Some((t.address, t.function.0, response.id, response.time.map(|time| time.end)));
         }
+        is_explained
     }
 
-    fn no_response(&mut self, t: &Transaction<'_>, bus: &Bus, explained: bool, found: &mut Found) {
+    fn no_response(&mut self, t: &Transaction<'_>, bus: &Bus, explained: Option<String>, found: &mut Found) {
         let Some(request) = t.request else { return };
         if bus.is_damaged_after(request.id) {
             return; // the answer may be among the damaged bytes
         }
+        if bus.crossed.is_some_and(|crossed| crossed.request == request.id) {
+            return; // it was answered late
+        }
         let unit = bus.unit(t.address);
         let tally = bus.tally(t);
         let (party, why) = match (unit.answered, tally.answered) {
+            _ if explained.is_some() => (Party::Master, explained.unwrap_or_default()),
             (0, _) if bus.shapes.is_service_address(t.address) => {
                 (Party::Device, "nobody answers there; probes made before about 2020 do not".to_owned())
             }
-            (0, _) => (Party::Device, format!("{} has never answered", t.address)),
-            (_, 0) if explained => {
-                (Party::Master, format!("the device at {} does not know it, and answers others", t.address))
-            }
+            (0, _) => (Party::Device, format!("{} has not answered yet", t.address)),
             (_, 0) if tally.unanswered > 0 => {
                 (Party::Device, format!("{} answers others, but never this", t.address))
             }
@@ -68,7 +84,6 @@ impl TransactionRules {
             }
             _ => (Party::Device, format!("{} answers otherwise", t.address)),
         };
-        let party = if explained { Party::Master } else { party };
         let message = format!("{} was not answered; {why}", asked(t));
         found.extend(told(&T01, t, Some(&request), message).map(|finding| finding.by(party)));
         self.storm(t, &request, bus, found);
@@ -101,6 +116,9 @@ impl TransactionRules {
             };
             (*address, *function) == (t.address, t.function.0) && response.id == id + 1 && is_soon
         });
+        if bus.crossed.is_some_and(|crossed| twin.is_some_and(|(_, _, first, _)| first == crossed.response)) {
+            return; // the answer to the repetition
+        }
         if let Some((_, _, first, _)) = twin {
             let message = format!("{} answered twice", t.address);
             let finding = told(&T07, t, Some(&response), message);
@@ -115,6 +133,33 @@ impl TransactionRules {
         let message = format!("{} answered although nobody asked{after}", t.address);
         found.extend(told(&T03, t, Some(&response), message));
     }
+}
+
+/// Says why a request itself is the reason that nobody answered it; `None` when it is not.
+fn explanation(t: &Transaction<'_>, meaning: &Meaning<'_>, bus: &Bus, found: &Found) -> Option<String> {
+    /// Rules on requests that a device does not answer.
+    const UNANSWERED: [&str; 11] =
+        ["M01", "M02", "D01", "D02", "D03", "D04", "D09", "D12", "D13", "D14", "D15"];
+    let request = t.request.as_ref()?;
+    let is_own = |finding: &&Finding| finding.frames.last() == Some(&request.id);
+    let own = found.iter().filter(is_own).map(|finding| finding.rule.code);
+    let function = t.function.0;
+    if let Some(code) = own.into_iter().find(|code| UNANSWERED.contains(code)) {
+        let is_alive = bus.unit(t.address).answered > 0 && !matches!(code, "D13" | "D14" | "D15");
+        return Some(match is_alive {
+            true => format!("the device at {} does not know it, and answers others ({code})", t.address),
+            false => format!("{code} says why"),
+        });
+    }
+    if t.address >= 248 && !bus.shapes.is_service_address(t.address) {
+        return Some("the address is reserved (F06)".to_owned());
+    }
+    if !has_known_length(function) {
+        return Some(format!("nobody knows function {function} (F05)"));
+    }
+    let profile = meaning.profile()?;
+    let is_served = profile.commands.iter().any(|command| command.function == function);
+    (!is_served).then(|| format!("{} has nothing with function {function}", profile.id))
 }
 
 /// Makes a finding about a transaction, shown by its frames up to `last`.

@@ -46,9 +46,11 @@ impl ValueRules {
         t: &Transaction<'_>,
         meaning: &Meaning<'_>,
         bus: &Bus,
+        is_explained: bool,
         found: &mut Found,
     ) {
         match t.outcome {
+            Outcome::NoResponse if is_explained => {}
             Outcome::NoResponse => found.extend(silent_after_brush(t, bus)),
             Outcome::Answered | Outcome::Late => {
                 if kind(meaning) == Kind::Clock {
@@ -191,6 +193,7 @@ fn silent_after_brush(t: &Transaction<'_>, bus: &Bus) -> Option<Finding> {
     let answered_since = unit.last_answer.is_some_and(|answer| answer.id > brush.id);
     if after.most > BRUSH_NS
         || answered_since
+        || bus.tally(t).answered == 0 // it may not know it
         || bus.may_hide(brush.id, request.id)
         || bus.is_damaged_after(request.id)
     {

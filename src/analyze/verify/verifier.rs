@@ -47,7 +47,7 @@ impl Verifier {
 
     /// Judges a frame.
     pub fn frame(&mut self, frame: &Frame<'_>, stamper: &Stamper) {
-        self.line.frame(frame, stamper, &mut self.found);
+        self.line.frame(frame, stamper, &mut self.bus, &mut self.found);
         self.frames.frame(frame, &self.bus, &mut self.found);
         self.bus.frame(frame);
     }
@@ -70,12 +70,15 @@ impl Verifier {
         let Verifier { bus, transactions, quirks, values, found, .. } = self;
         modbus::transaction(transaction, bus, found);
         quirks.transaction(transaction, meaning, bus, found);
-        let explained = request::transaction(transaction, meaning, bus, found);
-        transactions.transaction(transaction, bus, explained, found);
-        address::transaction(transaction, meaning, bus, found);
-        setting::transaction(transaction, meaning, bus, found);
+        // Manuals are for the devices that have them.
+        if bus.look_for_family(transaction, meaning) {
+            request::transaction(transaction, meaning, bus, found);
+            address::transaction(transaction, meaning, bus, found);
+            setting::transaction(transaction, meaning, bus, found);
+        }
+        let why = transactions.transaction(transaction, meaning, bus, found);
         order::transaction(transaction, meaning, bus, found);
-        values.transaction(transaction, meaning, bus, found);
+        values.transaction(transaction, meaning, bus, why, found);
         bus.transaction(transaction, meaning);
     }
 

@@ -44,7 +44,11 @@ impl Sink for Stage {
             monitor.begin(origin);
         }
         if let Some(audit) = &mut self.audit {
-            audit.begin(&origin.settings.name, origin.settings.line);
+            audit.begin(
+                &origin.settings.name,
+                origin.settings.line,
+                origin.settings.adapter_hold_ns.is_some(),
+            );
         }
         if let Some(rows) = &mut self.rows {
             rows.begin(&origin.settings);

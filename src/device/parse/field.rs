@@ -86,6 +86,7 @@ fn read(section: &Section<'_>, data_bytes: usize) -> Option<FieldSpec> {
         is_quantity: section.boolean("quantity").unwrap_or(false),
         is_contested: section.boolean("contested").unwrap_or(false),
         range: read_range(section),
+        default: section.number("default").map(|number| number.value),
         show: section.choice("show", &SHOWS).unwrap_or_default(),
         bits: read_meanings(section, "bits", "mask", 1..=0xFFFF_FFFF)
             .map(|(mask, text)| (mask as u32, text))

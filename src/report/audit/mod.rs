@@ -2,11 +2,13 @@
 
 mod activity;
 mod fold;
+mod hearing;
 mod junit;
 mod text;
 
 use self::activity::Activity;
 use self::fold::Folds;
+use self::hearing::Hearing;
 use super::{Clock, Format, Json, TimeStyle};
 use crate::analyze::plan::{Check, Plan};
 use crate::analyze::verify::{Finding, Party, Severity, rule};
@@ -64,7 +66,7 @@ pub struct Audit {
     folds: Folds,
     activity: Activity,
     check: Option<(Plan, Vec<(String, Check)>)>,
-    buses: Vec<(String, LineSettings)>,
+    buses: Vec<Hearing>,
     frames: u64,
     damaged: u64,
     first: Option<Timestamp>,
@@ -87,16 +89,16 @@ impl Audit {
         }
     }
 
-    /// Begins a bus with these line settings.
-    pub fn begin(&mut self, bus: &str, line: LineSettings) {
+    /// Begins a bus with these line settings; `is_hold_known` tells whether its adapter is known, and not estimated.
+    pub fn begin(&mut self, bus: &str, line: LineSettings, is_hold_known: bool) {
         self.finish_check(bus);
-        match self.buses.iter_mut().find(|(known, _)| known == bus) {
-            Some((_, known)) => *known = line,
-            None => self.buses.push((bus.to_owned(), line)),
+        match self.hearing(bus) {
+            Some(known) => known.line = line,
+            None => self.buses.push(Hearing::new(bus, line)),
         }
         if let Some((plan, checks)) = &mut self.check {
             checks.retain(|(known, _)| known != bus);
-            checks.push((bus.to_owned(), Check::new(plan.clone())));
+            checks.push((bus.to_owned(), Check::new(plan.clone(), is_hold_known)));
         }
     }
 
@@ -106,14 +108,16 @@ impl Audit {
             Event::Finding(finding) => self.finding(bus, finding),
             Event::Frame(frame) => {
                 self.frames += 1;
+                self.hearing(bus).into_iter().for_each(|hearing| hearing.frame(frame));
                 self.note(frame.place.time.map(|time| time.end.midpoint()));
             }
             Event::Damaged(damaged) => {
                 self.damaged += 1;
+                self.hearing(bus).into_iter().for_each(|hearing| hearing.damaged(damaged));
                 self.note(damaged.place.time.map(|time| time.end.midpoint()));
-                self.check_of(bus, |check, _| check.hole());
+                self.check_of(bus, |check, _| check.damaged());
             }
-            Event::Lost(_) => self.check_of(bus, |check, _| check.hole()),
+            Event::Lost(_) => self.check_of(bus, |check, _| check.lost()),
             Event::Identified { identified, .. } => {
                 self.activity.identified(bus, identified.address, &identified.device);
             }
@@ -123,6 +127,10 @@ impl Audit {
             }
             Event::Reading { .. } => {}
         }
+    }
+
+    fn hearing(&mut self, bus: &str) -> Option<&mut Hearing> {
+        self.buses.iter_mut().find(|hearing| hearing.bus == bus)
     }
 
     fn note(&mut self, time: Option<Timestamp>) {
@@ -150,19 +158,26 @@ impl Audit {
         self.check_of(bus, |check, found| check.finish(found));
     }
 
-    /// Ends: what the plan has and nobody did is known now.
+    /// Ends: what the plan has and nobody did is known now, and whether anything made sense.
     pub fn finish(&mut self) {
-        for bus in self.buses.iter().map(|(bus, _)| bus.clone()).collect::<Vec<_>>() {
+        let ends: Vec<_> = self.buses.iter().map(|it| (it.bus.clone(), it.nonsense())).collect();
+        for (bus, nonsense) in ends {
             self.finish_check(&bus);
+            nonsense.iter().for_each(|finding| self.finding(&bus, finding));
         }
         if let Some((_, checks)) = &mut self.check {
             checks.clear();
         }
     }
 
-    /// Tells whether nothing at all was heard.
-    pub fn is_empty(&self) -> bool {
-        self.buses.is_empty()
+    /// Tells whether not a byte was heard.
+    pub fn is_silent(&self) -> bool {
+        self.buses.iter().all(Hearing::is_silent)
+    }
+
+    /// Returns the buses of which not a byte was heard.
+    pub fn silent(&self) -> impl Iterator<Item = &str> {
+        self.buses.iter().filter(|hearing| hearing.is_silent()).map(|hearing| &*hearing.bus)
     }
 
     /// Tells whether findings fail the run.
@@ -189,8 +204,9 @@ impl Audit {
         out
     }
 
-    /// Returns the findings as JUnit XML, a test case a rule.
+    /// Returns the findings as JUnit XML, a test case each, and one for each rule that found nothing.
     pub fn to_junit(&self) -> String {
-        junit::write(&self.folds.sorted(), &self.judgement)
+        let heard = junit::Heard { first: self.first, last: self.last };
+        junit::write(&self.folds.sorted(), &self.judgement, heard)
     }
 }

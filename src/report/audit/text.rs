@@ -6,6 +6,7 @@ use anstyle::Style;
 
 use super::super::text::Styles;
 use super::Audit;
+use super::hearing::Hearing;
 use crate::analyze::verify::{Finding, Party, Rule, Severity};
 use crate::report::Clock;
 use crate::time::{MILLISECOND, SECOND};
@@ -43,7 +44,7 @@ impl fmt::Display for Report<'_> {
 impl Report<'_> {
     fn heading(&self, f: &mut fmt::Formatter<'_>, styles: &Styles) -> fmt::Result {
         let (audit, bold) = (self.audit, styles.bold);
-        for (bus, line) in &audit.buses {
+        for Hearing { bus, line, .. } in &audit.buses {
             writeln!(f, "{bold}{bus}{bold:#} {line}")?;
         }
         let runs = if audit.damaged == 1 { "run" } else { "runs" };
@@ -126,7 +127,7 @@ impl Report<'_> {
             shown.push_str(&bytes);
         }
         let separator = if shown.is_empty() { "" } else { ": " };
-        writeln!(f, "      {dim}{shown}{separator}{}{dim:#}", rule.help)?;
+        writeln!(f, "      {dim}{shown}{separator}{}{dim:#}", finding.help())?;
         if self.verbose {
             writeln!(f, "      {dim}{} [{}]{dim:#}", rule.explanation, rule.reference)?;
         }

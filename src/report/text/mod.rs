@@ -209,7 +209,7 @@ impl Text {
         let (style, dim) = (self.styles.severity(*severity), self.styles.dim);
         write!(self.line, "  {style}{:<7} {} {}{style:#}", severity.name(), rule.code, rule.name)?;
         write!(self.line, " {dim}({}){dim:#} {message}", party.name())?;
-        if self.verbose { write!(self.line, "\n    {dim}{}{dim:#}", rule.help) } else { Ok(()) }
+        if self.verbose { write!(self.line, "\n    {dim}{}{dim:#}", finding.help()) } else { Ok(()) }
     }
 
     fn write_row(&mut self, event: &Event<'_>) -> fmt::Result {

@@ -20,7 +20,7 @@ impl App {
             (View::Devices, _) => self.devices.text(&self.store),
             (View::Findings, _) => self.store.findings().list().get(self.finding).map(|found| {
                 let (rule, message) = (found.finding.rule, &found.finding.message);
-                format!("{} {}: {message} {}", rule.code, rule.name, rule.help)
+                format!("{} {}: {message} {}", rule.code, rule.name, found.finding.help())
             }),
             _ => None,
         };

@@ -95,7 +95,7 @@ fn explain(app: &App, finding: &Finding, area: Rect, buffer: &mut Buffer) {
     let party = format!("{}: {}", finding.party.name(), finding.message);
     let mut lines: Vec<(String, _)> = Vec::new();
     lines.extend(wrap(&party, columns).into_iter().map(|line| (line, app.theme.strong)));
-    lines.extend(wrap(finding.rule.help, columns).into_iter().map(|line| (line, app.theme.text)));
+    lines.extend(wrap(finding.help(), columns).into_iter().map(|line| (line, app.theme.text)));
     lines.extend(wrap(finding.rule.explanation, columns).into_iter().map(|line| (line, app.theme.dim)));
     lines.extend(wrap(finding.rule.reference, columns).into_iter().map(|line| (line, app.theme.dim)));
     for (y, (line, style)) in (top + 1..area.bottom()).zip(lines) {

@@ -38,6 +38,43 @@ use rules;
 /// Lists all rules, in the order in which they are shown to people.
 pub static CATALOGUE: [&[&Rule]; 4] = [wire::WIRE, conversation::CONVERSATION, device::DEVICE, plan::PLAN];
 
+/// What to check next where another party is to blame than the rule's help is for.
+const HELP_BY_PARTY: [(&str, Party, &str); 6] = [
+    (
+        "L01",
+        Party::Master,
+        "Let the master write each frame in one go: a loop that writes bytes must not wait in between.",
+    ),
+    (
+        "L01",
+        Party::Device,
+        "A gateway or converter before the device may pass bytes on in pieces; else ask its maker.",
+    ),
+    (
+        "L02",
+        Party::Device,
+        "The device answers sooner than receivers can tell frames apart: see whether the master copes, \
+                            or ask for a response delay.",
+    ),
+    (
+        "T01",
+        Party::Master,
+        "Mend the request: register, quantity and function of the device's manual, at its present address.",
+    ),
+    ("F02", Party::Device, "The device computes its CRC over another address than it sends: ask its maker."),
+    (
+        "F03",
+        Party::Device,
+        "The device sends its CRC high byte first: ask its maker, or see whether it has a setting for it.",
+    ),
+];
+
+/// Returns what to check next where a party is to blame for what a rule found.
+pub(super) fn help(rule: &Rule, party: Party) -> &'static str {
+    let own = HELP_BY_PARTY.iter().find(|(code, of, _)| (*code, *of) == (rule.code, party));
+    own.map_or(rule.help, |(.., help)| help)
+}
+
 /// Returns a rule by its code, whatever the case.
 pub fn rule(code: &str) -> Option<&'static Rule> {
     all_rules().find(|rule| rule.code.eq_ignore_ascii_case(code))
@@ -63,6 +100,18 @@ mod tests {
         assert!(codes.windows(2).all(|pair| pair[0] != pair[1]), "{codes:?}");
         assert_eq!(rule("d06").map(|rule| rule.name), Some("read-too-early"));
         assert_eq!(rule("D99"), None);
+    }
+
+    #[test]
+    fn what_to_check_depends_on_who_is_to_blame() {
+        let l02 = rule("L02").expect("a rule");
+        assert!(
+            help(l02, Party::Master).contains("master wait") && help(l02, Party::Device).contains("device")
+        );
+        for (code, party, help) in HELP_BY_PARTY {
+            let rule = rule(code).expect("a rule of the catalogue");
+            assert!(rule.help != help, "{code} of the {} has the rule's own help", party.name());
+        }
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! What is read: bytes, marks and times, also around the moments a pty closes.
 
 use std::io::Write;
+use std::os::fd::OwnedFd;
 use std::os::unix::fs::symlink;
 
 use rustix::fs::{Mode, OFlags};
@@ -10,6 +11,20 @@ use super::super::super::Clock;
 use super::tree::Tree;
 use super::*;
 use crate::decode::chunk::LineErrorKind;
+
+/// Opens a pty before the source does, which lets nobody in after it.
+fn opened_beside(device: &str) -> OwnedFd {
+    rustix::fs::open(device, OFlags::RDWR | OFlags::NOCTTY, Mode::empty()).expect("a pty")
+}
+
+/// Waits until so many bytes can be read: the kernel moves what was written when it likes.
+fn wait_until_there(pty: &OwnedFd, count: u64) {
+    let limit = SystemClock.monotonic_ns() + u64::try_from(LONG.as_nanos()).expect("seconds");
+    while rustix::io::ioctl_fionread(pty).expect("a pty") < count {
+        assert!(SystemClock.monotonic_ns() < limit, "{count} bytes do not come");
+        std::thread::yield_now();
+    }
+}
 
 #[test]
 fn bytes_come_undoubled_with_the_times_of_wait_and_read() {
@@ -36,10 +51,11 @@ fn silence_is_said_as_of_the_end_of_the_wait_and_forgets_what_was_received() {
 #[test]
 fn what_lay_there_before_it_was_opened_is_thrown_away_and_nothing_is_ever_echoed() {
     let (mut bus, device) = pty();
-    let mut serial = open(&device);
-    drop(serial);
+    let other = opened_beside(&device);
+    drop(open(&device));
     bus.write_all(b"stale").expect("room");
-    serial = open(&device);
+    wait_until_there(&other, 5);
+    let mut serial = open(&device);
     bus.write_all(b"fresh").expect("room");
     assert_eq!(receive(&mut serial).1.bytes, b"fresh");
     let echoed = super::super::super::wait::readable(&bus, Duration::ZERO).expect("a wait");
@@ -49,8 +65,7 @@ fn what_lay_there_before_it_was_opened_is_thrown_away_and_nothing_is_ever_echoed
 #[test]
 fn reads_that_find_the_kernels_buffer_full_are_suspect_and_lose_none_of_its_bytes() {
     let (mut bus, device) = pty();
-    // Opened before the source, which lets nobody in after it.
-    let other = rustix::fs::open(&device, OFlags::RDWR | OFlags::NOCTTY, Mode::empty()).expect("a pty");
+    let other = opened_beside(&device);
     let mut serial = open(&device);
     // As on a line that nobody read for four seconds.
     rustix::io::ioctl_fionbio(&bus, true).expect("a pty of ours");
@@ -58,12 +73,7 @@ fn reads_that_find_the_kernels_buffer_full_are_suspect_and_lose_none_of_its_byte
     while let Ok(count) = bus.write(&[0x55; 512]) {
         sent += count;
     }
-    // The kernel moves what was written when it likes; 4093 is all that fits.
-    let limit = SystemClock.monotonic_ns() + u64::try_from(LONG.as_nanos()).expect("seconds");
-    while rustix::io::ioctl_fionread(&other).expect("a pty") < 4093 {
-        assert!(SystemClock.monotonic_ns() < limit, "the buffer does not fill");
-        std::thread::yield_now();
-    }
+    wait_until_there(&other, 4093); // all that fits
     let (mut read, mut suspects) = (0, Vec::new());
     while read < sent {
         let (received, reception) = receive(&mut serial);
