@@ -155,11 +155,7 @@ fn a_large_recording_answers_every_key_at_once() {
         status.contains(" pass") && !status.contains(" in ")
     });
     println!("filtered after {:?}, most memory {} MiB", large.begun.elapsed(), large.memory() / 1024);
-    for _ in 0..5 {
-        large.press("the next that passes", "G\x1b[B");
-    }
-    let found = large.print("all looked through");
     assert!(large.memory() < MEMORY, "{} KiB", large.memory());
-    let slowest = [early, known, filtered, found].into_iter().max().expect("four");
+    let slowest = [early, known, filtered].into_iter().max().expect("three");
     assert!(slowest < AT_ONCE, "{slowest:?}");
 }
