@@ -65,11 +65,15 @@ impl Large {
         let (before, status) = (shown(self.terminal.screen()), line(self.terminal.screen(), STATUS));
         let pressed = Instant::now();
         self.terminal.press(keys);
-        self.terminal.wait_until("the key is answered", |screen| {
-            shown(screen) != before || line(screen, STATUS) != status
-        });
+        let is_other = |screen: &vt100::Screen| shown(screen) != before;
+        let has_moved = |screen: &vt100::Screen| line(screen, STATUS) != status;
+        self.terminal.wait_until("the key is answered", |screen| is_other(screen) || has_moved(screen));
         let answered = pressed.elapsed();
-        self.terminal.wait_until("it is there", |screen| has_arrived(screen) && shown(screen) != before);
+        // A frame alone may be no row yet; then only the playhead has moved.
+        let is_frame = what.starts_with("a frame");
+        self.terminal.wait_until("it is there", |screen| {
+            has_arrived(screen) && (is_other(screen) || is_frame && has_moved(screen))
+        });
         self.measured.push((what, answered, pressed.elapsed()));
     }
 
@@ -151,11 +155,7 @@ fn a_large_recording_answers_every_key_at_once() {
         status.contains(" pass") && !status.contains(" in ")
     });
     println!("filtered after {:?}, most memory {} MiB", large.begun.elapsed(), large.memory() / 1024);
-    for _ in 0..5 {
-        large.press("the next that passes", "G\x1b[B");
-    }
-    let found = large.print("all looked through");
     assert!(large.memory() < MEMORY, "{} KiB", large.memory());
-    let slowest = [early, known, filtered, found].into_iter().max().expect("four");
+    let slowest = [early, known, filtered].into_iter().max().expect("three");
     assert!(slowest < AT_ONCE, "{slowest:?}");
 }

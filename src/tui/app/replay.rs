@@ -277,7 +277,7 @@ impl App {
                 let is_hit = |row: &Row| row.tone() >= Tone::Warn;
                 return self.beyond(Sought::Error, is_forward, &is_hit);
             }
-            Action::NextMark | Action::PreviousMark => return self.to_mark(action == Action::NextMark),
+            Action::NextMark | Action::PreviousMark => return self.beyond_marks(action == Action::NextMark),
             Action::NextFinding | Action::PreviousFinding => {
                 let store = self.store.clone();
                 let is_hit = |row: &Row| store.findings().of_row(row).next().is_some();
@@ -310,7 +310,7 @@ impl App {
     }
 
     /// Says where the player is to go for the next mark or note that is not in memory.
-    fn to_mark(&mut self, is_forward: bool) -> Option<Order> {
+    fn beyond_marks(&self, is_forward: bool) -> Option<Order> {
         let is_marked = |_: &App, number: u64, row: &Row| self.traffic.is_marked(number) || is_note(row);
         let found = self.traffic.find(&self.store, is_forward, |number, row| is_marked(self, number, row));
         if found.is_some_and(|(_, went_round)| !went_round) {

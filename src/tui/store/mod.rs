@@ -37,7 +37,7 @@ use crate::time::Timestamp;
 /// How many transactions, and how many frames, are kept at most.
 pub const MOST_ROWS: u64 = 100_000;
 /// How much memory the rows of a list take at most, in bytes, by estimate.
-pub const MOST_BYTES: usize = 48 << 20;
+pub const MOST_BYTES: usize = 32 << 20;
 
 /// Names the lists of rows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

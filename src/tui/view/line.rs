@@ -9,7 +9,7 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Position;
 
 use crate::tui::app::App;
-use crate::tui::app::prompt::Prompt;
+use crate::tui::app::prompt::{Ask, Prompt};
 use crate::tui::layout::Regions;
 use crate::tui::widget::text::{put, width};
 
@@ -23,7 +23,11 @@ pub(super) fn draw(app: &App, regions: &Regions, buffer: &mut Buffer) -> Option<
         put(buffer, area, x, area.y, &filter, theme.good);
         return None;
     };
-    let title = format!("{} › ", prompt.ask.title());
+    let title = match prompt.ask {
+        Ask::Break if !app.is_live => "pause when",
+        ask => ask.title(),
+    };
+    let title = format!("{title} › ");
     let x = put(buffer, area, area.x + 1, area.y, &title, theme.accent);
     let columns = usize::from(area.right().saturating_sub(x + 1));
     let scroll = prompt.input.visual_scroll(columns);
