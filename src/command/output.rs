@@ -123,6 +123,13 @@ pub(super) fn stdout_is_terminal() -> bool {
     stdout.is_terminal()
 }
 
+/// Tells whether standard error is a terminal.
+pub(super) fn stderr_is_terminal() -> bool {
+    #[expect(clippy::disallowed_methods, reason = "asked only what it is")]
+    let stderr = io::stderr();
+    stderr.is_terminal()
+}
+
 /// Refuses to write MCAP to what is not called so: by its name it would be taken for something else.
 pub(super) fn check_mcap(path: &Path, command: &str) -> Result<(), Failure> {
     if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mcap")) {

@@ -1,6 +1,5 @@
 //! `rtutap verify`: says what is wrong with the traffic, and who is to blame.
 
-use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -8,7 +7,7 @@ use super::bus::{self, Wanted};
 use super::failure::Failure;
 use super::live::{self, Job, Status};
 use super::message;
-use super::output::Output;
+use super::output::{self, Output};
 use super::session::{Origin, Setup, Sink};
 use crate::analyze::plan::Plan;
 use crate::analyze::verify::rule;
@@ -157,7 +156,7 @@ fn listen(
     let clock: Arc<dyn Clock> = Arc::new(SystemClock);
     let setup = Setup { findings: true, ..live::setup(&live, profiles, false, true)? };
     let opened = live::open(&live, &clock)?;
-    if std::io::stderr().is_terminal() {
+    if output::stderr_is_terminal() {
         message::note(listening(args));
     }
     let stop = live::stop_flag()?;

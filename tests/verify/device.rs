@@ -120,6 +120,10 @@ fn a_retry_is_no_poll_of_its_own() {
     };
     assert_eq!(polls(0), ["D07"], "0.5 s after the one before");
     assert_eq!(polls(2), ["T01"], "1.5 s after the first attempt");
+    // The master asks again right when a slow answer is over: both are answered, and are one poll.
+    let slow = tell(tell(alive(DO), START).wait(1000), READ).wait(1000).ask(READ.0).wait(400);
+    let again = slow.bytes(&sealed(READ.1)).wait(10).bytes(&sealed(READ.0)).wait(20).bytes(&sealed(READ.1));
+    assert!(tell(again.wait(100), READ).codes().is_empty(), "1.1 s after the first of the two");
 }
 
 #[test]

@@ -4,6 +4,7 @@ mod device;
 mod frames;
 mod hour;
 mod line;
+mod plan;
 mod requests;
 mod story;
 mod values;

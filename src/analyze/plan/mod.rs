@@ -20,8 +20,6 @@ mod check;
 mod draft;
 mod pace;
 mod parse;
-#[cfg(test)]
-mod tests;
 
 use std::fmt;
 

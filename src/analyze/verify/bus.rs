@@ -69,6 +69,8 @@ pub(super) struct Measured {
     pub(super) zeros: u32,
     /// How long its answer took at least, in nanoseconds.
     pub(super) latency_ns: i64,
+    /// Whether its first attempt may be damaged.
+    pub(super) is_doubtful: bool,
 }
 
 /// Is what a register that can be written was last known to hold.

@@ -37,9 +37,13 @@ pub(super) fn transaction(t: &Transaction<'_>, meaning: &Meaning<'_>, bus: &mut 
     found.extend(findings.into_iter().flatten());
     if let Some(previous) = read.unit.measured.filter(|_| t.outcome == Outcome::Answered) {
         let first = read.first_attempt(&previous);
+        let is_doubtful = bus.is_damaged_between(previous.answered, request.id);
+        let is_retry =
+            (is_doubtful || previous.latency_ns > SLOW_NS) && read.is_within_cycle(&previous, &first);
         found.extend(read.too_fast(&previous, &first));
         bus.unit_mut(t.address).measured = Some(Measured {
-            request: first,
+            request: if is_retry { previous.request } else { first },
+            is_doubtful,
             answered: request.id,
             register,
             latency_ns: t.latency.map_or(0, |latency| latency.least),
@@ -78,6 +82,7 @@ fn remember(t: &Transaction<'_>, meaning: &Meaning<'_>, register: u16, request: 
                 same_since: request.time,
                 zeros: u32::from(is_zero),
                 latency_ns: 0,
+                is_doubtful: false,
             })
         }
     }
@@ -176,16 +181,27 @@ impl Read<'_> {
         asked.map_or_else(|| Mark::of(&self.request), |asked| Mark { id: asked.id, time: asked.time })
     }
 
+    /// Tells whether a read comes before the manual's cycle is over.
+    fn is_within_cycle(&self, previous: &Measured, first: &Mark) -> bool {
+        let cycle = self.profile.measuring.cycle_ns.unwrap_or(0);
+        let times = previous.request.time.zip(first.time);
+        times.is_some_and(|(before, now)| {
+            before.start.until(now.start).most < cycle / TOLERANCE.1 * TOLERANCE.0
+        })
+    }
+
     fn too_fast(&self, previous: &Measured, first: &Mark) -> Option<Finding> {
         let cycle = self.profile.measuring.cycle_ns.filter(|_| previous.register == self.register)?;
         let (before, now) = (previous.request.time?, first.time?);
         let most = before.start.until(now.start).most;
         // Whoever gave up on a slow or damaged answer asks again.
-        if previous.latency_ns > SLOW_NS || self.bus.is_damaged_between(previous.request.id, self.request.id)
+        if previous.is_doubtful
+            || previous.latency_ns > SLOW_NS
+            || self.bus.is_damaged_between(previous.request.id, self.request.id)
         {
             return None;
         }
-        if previous.request.id >= self.request.id || most >= cycle / TOLERANCE.1 * TOLERANCE.0 {
+        if previous.request.id >= self.request.id || !self.is_within_cycle(previous, first) {
             return None;
         }
         let message =

@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
-use super::{Check, Draft, Plan};
-use crate::analyze::verify::Finding;
-use crate::decode::chunk::{Chunk, Lost, LostKind, ReadTime};
-use crate::decode::crc;
-use crate::device::{Devices, Environment, Profiles};
-use crate::line::LineSettings;
-use crate::pipeline::{Event, Options, Pipeline};
-use crate::time::{MILLISECOND, SECOND, Timestamp};
+use rtutap::analyze::plan::{Check, Draft, Plan};
+use rtutap::analyze::verify::Finding;
+use rtutap::decode::chunk::{Chunk, Lost, LostKind, ReadTime};
+use rtutap::decode::crc;
+use rtutap::device::{Devices, Environment, Profiles};
+use rtutap::line::LineSettings;
+use rtutap::pipeline::{Event, Options, Pipeline};
+use rtutap::time::{MILLISECOND, SECOND, Timestamp};
 
 const DO: &str = "01 03 26 00 00 04";
 const DO_IS: &str = "01 03 08 00 00 8D 41 66 66 66 3F";
