@@ -58,6 +58,7 @@ fn write(args: &cli::Export, kind: ExportKind, secrets: Option<Arc<Secrets>>) ->
         writer: Writer::new(args, kind, &profiles)?,
         output: Output::later(&args.output),
         begun: false,
+        has_bytes: false,
         is_hex: kind == ExportKind::Hex,
         derived: false,
     };
@@ -65,7 +66,7 @@ fn write(args: &cli::Export, kind: ExportKind, secrets: Option<Arc<Secrets>>) ->
     let findings = args.filter.is_some();
     let wanted = Wanted { readings, findings, secrets, ..Wanted::default() };
     let result = bus::read(&args.bus, &profiles, wanted, &mut exporter, |_, _| {});
-    if exporter.begun {
+    if result.is_ok() && exporter.begun || exporter.has_bytes {
         // What was decoded before something went wrong is written first.
         exporter.writer.finish(&mut exporter.output)?;
     }
@@ -211,8 +212,10 @@ fn is_same(input: &Path, output: &Path) -> bool {
 struct Exporter {
     writer: Writer,
     output: Output,
-    /// Whether an input could be opened: what is written then replaces what stood there.
+    /// Whether an input could be opened.
     begun: bool,
+    /// Whether a byte was received that goes out: what is written then replaces what stood there, whatever follows.
+    has_bytes: bool,
     is_hex: bool,
     derived: bool,
 }
@@ -220,6 +223,7 @@ struct Exporter {
 impl Sink for Exporter {
     fn begin(&mut self, origin: &Origin) -> Result<(), Failure> {
         if self.is_hex && self.begun {
+            self.has_bytes = false;
             let hint = "export it to MCAP, CSV or JSON lines";
             return Err(Failure::hinted("hex text holds one bus with one setting; this has more", hint));
         }
@@ -234,7 +238,10 @@ impl Sink for Exporter {
 
     fn received(&mut self, item: &Item<'_>) -> Result<(), Failure> {
         match item {
-            Item::Chunk { chunk, .. } => self.writer.chunk(chunk, &mut self.output.buffer),
+            Item::Chunk { chunk, .. } => {
+                self.has_bytes = true;
+                self.writer.chunk(chunk, &mut self.output.buffer);
+            }
             Item::Lost { lost, .. } => self.writer.lost(lost, &mut self.output.buffer),
             Item::Line(_) | Item::Silence { .. } | Item::Clock { .. } | Item::Note { .. } => {}
         }

@@ -41,7 +41,7 @@ fn write_plan(args: &cli::Info, profiles: &Arc<Profiles>) -> Result<(), Failure>
     let mut planner = Planner::default();
     bus::read(&args.bus, profiles, Wanted::default(), &mut planner, |_, _| {})?;
     let inputs: Vec<String> = args.bus.inputs.iter().map(|input| input.display().to_string()).collect();
-    let plan = planner.0.finish();
+    let plan = planner.draft.finish();
     if plan.devices.is_empty() {
         let hint = "record a master that is known to be good; 'rtutap info' says what the recording holds";
         return Err(Failure::hinted(
@@ -62,16 +62,26 @@ fn write_plan(args: &cli::Info, profiles: &Arc<Profiles>) -> Result<(), Failure>
 
 /// Gathers a plan.
 #[derive(Default)]
-struct Planner(Draft);
+struct Planner {
+    draft: Draft,
+    bus: Option<String>,
+}
 
 impl Sink for Planner {
-    fn begin(&mut self, _origin: &Origin) -> Result<(), Failure> {
-        Ok(())
+    fn begin(&mut self, origin: &Origin) -> Result<(), Failure> {
+        let name = &origin.settings.name;
+        match self.bus.get_or_insert_with(|| name.clone()) {
+            known if known == name => Ok(()),
+            known => {
+                let message = format!("a plan is of one bus, and this has '{known}' and '{name}'");
+                Err(Failure::hinted(message, "give recordings of one bus alone"))
+            }
+        }
     }
 
     fn event(&mut self, _bus: &str, event: &Event<'_>) {
         if let Event::Transaction { transaction, meaning, .. } = event {
-            self.0.transaction(transaction, meaning);
+            self.draft.transaction(transaction, meaning);
         }
     }
 

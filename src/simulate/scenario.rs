@@ -132,7 +132,7 @@ static ALL: [Scenario; 25] = [
     },
     Scenario {
         name: "demo",
-        summary: "the same with a tired conductivity probe, a glitching driver and bit errors",
+        summary: "the installation with a tired conductivity probe, a glitching driver and bit errors",
         equipment: Equipment::RunningInstallation,
         no_response: 0.25,
         late: 0.15,

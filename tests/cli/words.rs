@@ -274,3 +274,22 @@ fn no_line_of_the_help_is_broken_twice() {
         }
     }
 }
+
+#[test]
+fn what_stood_there_stays_when_an_export_is_refused_and_a_plan_is_of_one_bus() {
+    let (_directory, path) = temporary();
+    let recording = path("two.mcap");
+    two_buses(&recording, false).finish("finished").expect("a disk that works");
+    let before = path("before.hex");
+    std::fs::write(&before, "precious").expect("a disk that works");
+    rtutap(&["export", arg(&recording), "-o", arg(&before)])
+        .assert()
+        .code(2)
+        .stderr(contains("hex text holds one bus"));
+    assert_eq!(std::fs::read_to_string(&before).expect("it is there"), "precious");
+    rtutap(&["info", "--plan", arg(&recording)])
+        .assert()
+        .code(2)
+        .stdout("")
+        .stderr(contains("a plan is of one bus, and this has 'pump' and 'reservoir'"));
+}

@@ -161,7 +161,11 @@ fn pace(
     let name = &command.name;
     if tally.count == 0 {
         let had_time = end - begin >= most.saturating_mul(2);
-        return had_time.then(|| (&P03, format!("{name} never came in {}; {planned}", seconds(end - begin))));
+        let register = command.register.map(|register| format!(" {register:#06x}")).unwrap_or_default();
+        let quantity = command.quantity.map(|quantity| format!(" ×{quantity}")).unwrap_or_default();
+        let asked = format!("FC{:02}{register}{quantity}", command.function);
+        let heard = seconds(end - begin);
+        return had_time.then(|| (&P03, format!("{name} ({asked}) never came in {heard}; {planned}")));
     }
     let away = tally.away_ns(since.unwrap_or(end), end);
     if away > tally.absence_ns(most) {

@@ -152,7 +152,11 @@ impl FrameRules {
         let is_whole = match damaged.reason {
             Reason::Crc => true,
             Reason::Noise => has_shape(bytes, &bus.shapes),
-            Reason::Truncated | Reason::Stray => false,
+            // A frame with a wrong bit is likelier than one that lost its tail and is as long as another.
+            Reason::Truncated => {
+                bytes.len() <= MOST_SEARCHED && has_shape(bytes, &bus.shapes) && flipped(bytes).is_some()
+            }
+            Reason::Stray => false,
         };
         let excess = due.map_or(0, |due| bytes.len().saturating_sub(due));
         let finding = match damaged.reason {

@@ -151,7 +151,8 @@ impl Activity {
         }
         let step = self.steps.entry(key).or_default();
         step.count += 1;
-        let wait = ended.zip(start).map(|(ended, start)| start - ended);
+        // What is damaged is decided late, and then comes after what followed it.
+        let wait = ended.zip(start).map(|(ended, start)| start - ended).filter(|wait| *wait >= 0);
         step.least_ns = step.least_ns.into_iter().chain(wait).min();
     }
 }

@@ -312,7 +312,9 @@ fn lines(app: &App, bus: &Bus, width: u16) -> Vec<(String, Style)> {
         );
         lines.push((text, theme.bad));
     }
-    lines.push((format!("line errors are {reports}"), theme.dim));
+    if errors == 0 || bus.error_reports.is_some() {
+        lines.push((format!("line errors are {reports}"), theme.dim));
+    }
     lines.push((blur(bus), theme.dim));
     let facts: Vec<String> = bus.facts.iter().map(|(key, value)| format!("{key} {value}")).collect();
     if !facts.is_empty() {
