@@ -93,6 +93,18 @@ fn what_the_uart_reported_is_passed_on() {
 }
 
 #[test]
+fn other_settings_are_advised_only_where_most_is_received_badly() {
+    let advised = |story: Story| {
+        let found = story.errors(&sealed(VERSION), &[2], LineErrorKind::ParityOrFraming).findings();
+        let told: Vec<_> = found.iter().filter(|finding| finding.rule.code == "L04").collect();
+        assert!(!told.is_empty());
+        told.iter().any(|finding| finding.message.contains("such as 8E1"))
+    };
+    assert!(advised(Story::of(DO)));
+    assert!(!advised(Story::of(DO).repeat(5, 2000, VERSION, VERSION_IS).wait(2000)));
+}
+
+#[test]
 fn a_byte_beside_a_frame_is_stray() {
     let story = Story::of(DO).ask(VERSION).wait(20).bytes(&[sealed(VERSION_IS), vec![0xFF]].concat());
     story.tell(VERSION, VERSION_IS).shows("L05", Line, &[2], None);

@@ -30,6 +30,8 @@ pub(super) struct LineRules {
     shortest_between: i64,
     has_said_granularity: bool,
     frames: u32,
+    /// Frames and damaged runs without line errors, and with them.
+    reported: [u64; 2],
     /// Requests, and echoes of requests.
     requests: [u64; 2],
     /// Stream offset after the last frame.
@@ -48,6 +50,7 @@ impl LineRules {
             shortest_between: bits(70),
             has_said_granularity: false,
             frames: 0,
+            reported: [0; 2],
             requests: [0; 2],
             frame_end: None,
             pauses: BTreeMap::new(),
@@ -227,14 +230,17 @@ impl LineRules {
     }
 
     /// Passes on what the UART reported.
-    fn errors(&self, place: &Place<'_>, address: Option<u8>, found: &mut Found) {
+    fn errors(&mut self, place: &Place<'_>, address: Option<u8>, found: &mut Found) {
+        self.reported[usize::from(!place.line_errors.is_empty())] += 1;
         let (Some(first), Some(last)) = (place.line_errors.first(), place.line_errors.last()) else { return };
         let mut kinds: Vec<&'static str> = place.line_errors.iter().map(|error| error.kind.name()).collect();
         kinds.dedup();
         let (count, length) = (place.line_errors.len(), place.bytes.len());
         let bytes = if count == 1 { "byte" } else { "bytes" };
         let is_overrun = first.kind == LineErrorKind::Overrun;
-        let advice = if is_overrun { String::new() } else { self.other_settings() };
+        // Where most is received well the settings are right, and something else disturbs.
+        let [well, badly] = self.reported;
+        let advice = if is_overrun || well > badly { String::new() } else { self.other_settings() };
         let message = format!("{} at {count} {bytes} of {length}{advice}", kinds.join(" and "));
         let rule = if is_overrun { &L07 } else { &L04 };
         let (from, to) = (first.offset as usize, last.offset as usize + 1);
