@@ -57,10 +57,20 @@ pub(super) fn run(
     message::show_on(Some(teller.clone()));
     let reader = teller.clone();
     #[cfg(unix)]
-    job::hear_stops(teller.clone()).map_err(failed)?;
+    let stops = job::hear_stops(teller.clone()).map_err(failed)?;
     let thread = Builder::new().name("terminal".to_owned()).spawn(move || listen(&reader));
     let shown = thread.and_then(|_| {
-        Loop { app, screen, teller, clock, has_asked_to_stop: false, is_over: false }.run(heard, outside)
+        Loop {
+            app,
+            screen,
+            teller,
+            clock,
+            #[cfg(unix)]
+            stops,
+            has_asked_to_stop: false,
+            is_over: false,
+        }
+        .run(heard, outside)
     });
     message::show_on(None);
     shown.map_err(failed)
@@ -79,6 +89,9 @@ struct Loop<'a> {
     screen: Screen,
     teller: &'a Teller,
     clock: Arc<dyn Clock>,
+    /// What was told of being asked to stop.
+    #[cfg(unix)]
+    stops: Receiver<()>,
     /// Whether the program has asked its own job to stop: it hears that too.
     has_asked_to_stop: bool,
     is_over: bool,
@@ -191,7 +204,8 @@ impl Loop<'_> {
         }
         let before = self.clock.monotonic_ns();
         self.has_asked_to_stop = with_job;
-        self.screen.leave_for(|| if with_job { job::stop_all() } else { job::stop() })?;
+        let stops = &self.stops;
+        self.screen.leave_for(|| if with_job { job::stop_all(stops) } else { job::stop() })?;
         if self.app.is_live {
             let seconds = self.clock.monotonic_ns().saturating_sub(before) / 1_000_000_000;
             let text = format!("suspended for {seconds} s: what the system could not hold meanwhile is lost");
