@@ -69,7 +69,7 @@ fn suspended_by_key_or_signal_it_gives_the_terminal_back_until_the_shell_goes_on
     let home = home();
     let mut terminal = Terminal::start_in_shell(
         &["replay", "captures/installation.mcap"],
-        "echo stopped once; fg; echo stopped twice; fg; echo over",
+        "echo stopped once; read go; fg; echo stopped twice; read go; fg; echo over",
         home.path(),
     );
     let is_shown =
@@ -77,9 +77,11 @@ fn suspended_by_key_or_signal_it_gives_the_terminal_back_until_the_shell_goes_on
     terminal.wait_until("the recording is shown", is_shown);
     terminal.press("\x1a");
     terminal.wait_until("the shell is back", |screen| screen.contents().contains("stopped once"));
+    terminal.press("\n");
     terminal.wait_until("the recording is shown again", is_shown);
     terminal.signal_child(Signal::TSTP);
     terminal.wait_until("the shell is back", |screen| screen.contents().contains("stopped twice"));
+    terminal.press("\n");
     terminal.wait_until("the recording is shown again", is_shown);
     terminal.press("q");
     terminal.wait();
