@@ -311,6 +311,16 @@ impl Input {
         Ok(more)
     }
 
+    /// Returns the read gone on to, where the item is one: its bus, its bytes, and when they were first there.
+    #[inline]
+    pub fn read(&self) -> Option<(&str, Chunk<'_>, Option<Timestamp>)> {
+        match &self.reader {
+            Reader::Plain(reader) if reader.lost().is_none() => Some((BUS, reader.chunk(), None)),
+            Reader::Plain(_) => None,
+            Reader::Mcap(recording) => recording.read(),
+        }
+    }
+
     /// Returns the item gone on to.
     pub fn item(&self) -> Item<'_> {
         match &self.reader {

@@ -1,6 +1,5 @@
 //! Reads a recording ahead, on a thread of its own: what is compressed and packed takes as long to take out as to decode.
 
-use std::ops::Range;
 use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
 
 use super::failure::Failure;
@@ -15,11 +14,14 @@ const ITEMS: usize = 2048;
 const BYTES: usize = 64 * 1024;
 /// Batches that wait.
 const WAITING: usize = 2;
+/// Reads of a run at most.
+const RUN: u32 = 64;
 
 /// Is a stretch of items, owned.
 #[derive(Default)]
 struct Batch {
     entries: Vec<Entry>,
+    reads: Vec<Read>,
     bytes: Vec<u8>,
     line_errors: Vec<LineError>,
     /// The names of the buses.
@@ -28,44 +30,65 @@ struct Batch {
     position: u64,
 }
 
-/// Is an item of a batch; a chunk says where its bytes and line errors end.
+/// Is an item of a batch, or a run of reads of one bus.
 enum Entry {
-    Line(BusSettings),
-    Chunk { bus: usize, time: ReadTime, ready: Option<Timestamp>, bytes: usize, line_errors: usize },
-    Lost { bus: usize, lost: Lost },
-    Silence { bus: usize, until: Timestamp },
+    Reads { bus: u32, count: u32 },
+    Line(Box<BusSettings>),
+    Lost { bus: u32, lost: Box<Lost> },
+    Silence { bus: u32, until: Timestamp },
     Clock { monotonic_ns: u64, realtime: Timestamp },
-    Note { time: Option<Timestamp>, text: String },
+    Note { time: Option<Timestamp>, text: Box<str> },
+}
+
+/// Is a read of a batch; it says where its bytes and line errors end.
+struct Read {
+    time: ReadTime,
+    ready: Option<Timestamp>,
+    bytes: u32,
+    line_errors: u32,
+}
+
+/// Is what a batch hands out: an item that is no read, or reads of one bus.
+pub(super) enum Stretch<'a> {
+    Item(Item<'a>),
+    Reads(&'a str, Reads<'a>),
+}
+
+/// Goes through the reads of a run: each with when its bytes were first there.
+#[derive(Clone)]
+pub(super) struct Reads<'a> {
+    reads: std::slice::Iter<'a, Read>,
+    bytes: &'a [u8],
+    line_errors: &'a [LineError],
+    /// Where the next read begins.
+    at: (usize, usize),
 }
 
 impl Batch {
     fn clear(&mut self) {
         self.entries.clear();
+        self.reads.clear();
         self.bytes.clear();
         self.line_errors.clear();
     }
 
     fn is_full(&self) -> bool {
-        self.entries.len() >= ITEMS || self.bytes.len() >= BYTES
+        self.reads.len() + self.entries.len() >= ITEMS || self.bytes.len() >= BYTES
     }
 
-    fn bus(&mut self, name: &str) -> usize {
-        self.buses.iter().position(|known| known == name).unwrap_or_else(|| {
+    fn bus(&mut self, name: &str) -> u32 {
+        let at = self.buses.iter().position(|known| known == name).unwrap_or_else(|| {
             self.buses.push(name.to_owned());
             self.buses.len() - 1
-        })
+        });
+        at as u32 // a recording has at most 65536 channels
     }
 
     fn push(&mut self, item: &Item<'_>) {
         let entry = match *item {
-            Item::Line(settings) => Entry::Line(settings.clone()),
-            Item::Chunk { bus, chunk, ready } => {
-                self.bytes.extend_from_slice(chunk.bytes);
-                self.line_errors.extend_from_slice(chunk.line_errors);
-                let (bytes, line_errors) = (self.bytes.len(), self.line_errors.len());
-                Entry::Chunk { bus: self.bus(bus), time: chunk.time, ready, bytes, line_errors }
-            }
-            Item::Lost { bus, lost } => Entry::Lost { bus: self.bus(bus), lost },
+            Item::Chunk { bus, chunk, ready } => return self.push_read(bus, &chunk, ready),
+            Item::Line(settings) => Entry::Line(Box::new(settings.clone())),
+            Item::Lost { bus, lost } => Entry::Lost { bus: self.bus(bus), lost: Box::new(lost) },
             Item::Silence { bus, until } => Entry::Silence { bus: self.bus(bus), until },
             Item::Clock { monotonic_ns, realtime } => Entry::Clock { monotonic_ns, realtime },
             Item::Note { time, text } => Entry::Note { time, text: text.into() },
@@ -73,40 +96,83 @@ impl Batch {
         self.entries.push(entry);
     }
 
+    #[inline]
+    fn push_read(&mut self, bus: &str, chunk: &Chunk<'_>, ready: Option<Timestamp>) {
+        self.bytes.extend_from_slice(chunk.bytes);
+        self.line_errors.extend_from_slice(chunk.line_errors);
+        // A read is not larger than a chunk of the file: 64 MiB.
+        let (bytes, line_errors) = (self.bytes.len() as u32, self.line_errors.len() as u32);
+        self.reads.push(Read { time: chunk.time, ready, bytes, line_errors });
+        let bus = self.bus(bus);
+        match self.entries.last_mut() {
+            Some(Entry::Reads { bus: before, count }) if *before == bus && *count < RUN => *count += 1,
+            _ => self.entries.push(Entry::Reads { bus, count: 1 }),
+        }
+    }
+
     /// Hands out the items again, in order.
-    fn each(&self, mut take: impl FnMut(&Item<'_>) -> Result<(), Failure>) -> Result<(), Failure> {
-        let (mut at_byte, mut at_error) = (0, 0);
+    fn each(&self, mut take: impl FnMut(Stretch<'_>) -> Result<(), Failure>) -> Result<(), Failure> {
+        let name = |bus: u32| &*self.buses[bus as usize]; // as put there
+        let (mut reads, mut at) = (&*self.reads, (0, 0));
         for entry in &self.entries {
             let item = match *entry {
-                Entry::Line(ref settings) => Item::Line(settings),
-                Entry::Chunk { bus, time, ready, bytes, line_errors } => {
-                    let bytes = &self.bytes[upto(&mut at_byte, bytes)];
-                    let line_errors = &self.line_errors[upto(&mut at_error, line_errors)];
-                    Item::Chunk { bus: &self.buses[bus], chunk: Chunk { time, bytes, line_errors }, ready }
+                Entry::Reads { bus, count } => {
+                    let (run, rest) = reads.split_at(count as usize); // as counted
+                    let (bytes, line_errors) = (&*self.bytes, &*self.line_errors);
+                    take(Stretch::Reads(name(bus), Reads { reads: run.iter(), bytes, line_errors, at }))?;
+                    at = run.last().map_or(at, Read::end);
+                    reads = rest;
+                    continue;
                 }
-                Entry::Lost { bus, lost } => Item::Lost { bus: &self.buses[bus], lost },
-                Entry::Silence { bus, until } => Item::Silence { bus: &self.buses[bus], until },
+                Entry::Line(ref settings) => Item::Line(settings),
+                Entry::Lost { bus, ref lost } => Item::Lost { bus: name(bus), lost: **lost },
+                Entry::Silence { bus, until } => Item::Silence { bus: name(bus), until },
                 Entry::Clock { monotonic_ns, realtime } => Item::Clock { monotonic_ns, realtime },
                 Entry::Note { time, ref text } => Item::Note { time, text },
             };
-            take(&item)?;
+            take(Stretch::Item(item))?;
         }
         Ok(())
     }
 }
 
-/// Goes on to `end`; returns the range passed over.
-fn upto(at: &mut usize, end: usize) -> Range<usize> {
-    std::mem::replace(at, end)..end
+impl Read {
+    fn end(&self) -> (usize, usize) {
+        (self.bytes as usize, self.line_errors as usize)
+    }
 }
 
-/// Hands out all items of an input that does not grow, each with how many bytes of the file were read by then.
+impl Reads<'_> {
+    /// Returns how many reads are left.
+    pub(super) fn len(&self) -> usize {
+        self.reads.len()
+    }
+
+    /// Returns how many bytes the reads have together.
+    pub(super) fn bytes(&self) -> usize {
+        self.reads.as_slice().last().map_or(0, |last| last.end().0 - self.at.0)
+    }
+}
+
+impl<'a> Iterator for Reads<'a> {
+    type Item = (Chunk<'a>, Option<Timestamp>);
+
+    #[inline]
+    fn next(&mut self) -> Option<Self::Item> {
+        let read = self.reads.next()?;
+        let (from, to) = (std::mem::replace(&mut self.at, read.end()), read.end());
+        let (bytes, line_errors) = (&self.bytes[from.0..to.0], &self.line_errors[from.1..to.1]);
+        Some((Chunk { time: read.time, bytes, line_errors }, read.ready))
+    }
+}
+
+/// Hands out all items of an input that does not grow, with how many bytes of the file were read by then.
 ///
 /// # Errors
 /// As [`Input::advance`], once the items before are handed out; or what `take` fails with.
 pub(super) fn read(
     input: &mut Input,
-    mut take: impl FnMut(&Item<'_>, u64) -> Result<(), Failure>,
+    mut take: impl FnMut(Stretch<'_>, u64) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
     let (sender, batches) = sync_channel(WAITING);
     let (recycler, spare) = channel();
@@ -130,7 +196,11 @@ fn fill(input: &mut Input, full: &SyncSender<Batch>, spare: &Receiver<Batch>) ->
             if !matches!(more, Ok(true)) {
                 break;
             }
-            batch.push(&input.item());
+            match input.read() {
+                // Nearly all items, by the shortest way.
+                Some((bus, chunk, ready)) => batch.push_read(bus, &chunk, ready),
+                None => batch.push(&input.item()),
+            }
         }
         batch.position = input.position();
         let is_wanted = full.send(batch).is_ok();
@@ -143,10 +213,10 @@ fn fill(input: &mut Input, full: &SyncSender<Batch>, spare: &Receiver<Batch>) ->
 fn drain(
     batches: Receiver<Batch>,
     recycler: &Sender<Batch>,
-    take: &mut impl FnMut(&Item<'_>, u64) -> Result<(), Failure>,
+    take: &mut impl FnMut(Stretch<'_>, u64) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
     for batch in batches {
-        batch.each(|item| take(item, batch.position))?;
+        batch.each(|stretch| take(stretch, batch.position))?;
         // Nobody may be there to fill it again.
         let _ = recycler.send(batch);
     }

@@ -7,11 +7,12 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
+use super::ahead::{self, Reads, Stretch};
 use super::being_written::is_being_written;
 use super::failure::Failure;
+use super::message;
 use super::progress::Progress;
 use super::session::{Origin, Session, Setup, Sink};
-use super::{ahead, message};
 use crate::capture::mcap::{Anchor, BusSettings, Facts, Preface, part_path};
 use crate::capture::{BUS, Input, InputFormat, Item};
 use crate::cli;
@@ -26,10 +27,10 @@ const PATIENCE: Duration = Duration::from_millis(100);
 const ATTACHED_PROFILES: &str = "profiles/";
 
 /// After how many items that are there already rows are written.
-const PAUSE_AFTER: u32 = 64;
+const PAUSE_AFTER: usize = 64;
 
 /// After how many items the bar moves on.
-const PROGRESS_AFTER: u32 = 64 * PAUSE_AFTER;
+const PROGRESS_AFTER: usize = 64 * PAUSE_AFTER;
 
 /// More bytes than this without a single frame are worth a warning.
 const MANY_BYTES: usize = 1000;
@@ -342,7 +343,7 @@ struct Intake<'a, 's, S> {
     sink: &'a mut S,
     progress: Progress,
     bytes: usize,
-    items: u32,
+    items: usize,
 }
 
 impl<S: Sink> Intake<'_, '_, S> {
@@ -355,8 +356,38 @@ impl<S: Sink> Intake<'_, '_, S> {
         if !self.session.take(item, self.sink)? {
             self.begin(item)?;
         }
-        self.items = self.items.wrapping_add(1);
-        if waits || self.items.is_multiple_of(PAUSE_AFTER) { self.rest(position, waits) } else { Ok(()) }
+        self.count(1, position, waits)
+    }
+
+    /// Takes what was read ahead.
+    fn take_stretch(&mut self, stretch: Stretch<'_>, position: u64) -> Result<(), Failure> {
+        match stretch {
+            Stretch::Item(item) => self.take(&item, position, false),
+            Stretch::Reads(bus, reads) => self.take_reads(bus, reads, position),
+        }
+    }
+
+    fn take_reads(&mut self, bus: &str, reads: Reads<'_>, position: u64) -> Result<(), Failure> {
+        if self.session.take_reads(bus, reads.clone(), self.sink)? {
+            self.bytes += reads.bytes();
+            return self.count(reads.len(), position, false);
+        }
+        for (chunk, ready) in reads {
+            self.take(&Item::Chunk { bus, chunk, ready }, position, false)?;
+        }
+        Ok(())
+    }
+
+    /// Counts items; writes rows and moves the bar now and then.
+    #[inline]
+    fn count(&mut self, items: usize, position: u64, waits: bool) -> Result<(), Failure> {
+        let before = self.items;
+        self.items += items;
+        let passes = |step: usize| waits || before / step != self.items / step;
+        if passes(PROGRESS_AFTER) {
+            self.progress.update(position);
+        }
+        if passes(PAUSE_AFTER) { self.pause(waits) } else { Ok(()) }
     }
 
     /// Begins the bus of an item, and takes it.
@@ -365,14 +396,6 @@ impl<S: Sink> Intake<'_, '_, S> {
         let Some(bus) = item.bus() else { return Ok(()) };
         self.about.begin(bus, self.session, self.sink)?;
         self.session.take(item, self.sink).map(drop)
-    }
-
-    #[inline(never)] // comes seldom
-    fn rest(&mut self, position: u64, waits: bool) -> Result<(), Failure> {
-        if waits || self.items.is_multiple_of(PROGRESS_AFTER) {
-            self.progress.update(position);
-        }
-        self.pause(waits)
     }
 
     fn pause(&mut self, waits: bool) -> Result<(), Failure> {
@@ -395,7 +418,7 @@ fn read_input(
     }
     let mut intake = Intake { about, session, sink, progress, bytes: 0, items: 0 };
     if input.format() == InputFormat::Mcap && input.size().is_some() && !wanted.follow {
-        ahead::read(input, |item, position| intake.take(item, position, false))?;
+        ahead::read(input, |stretch, position| intake.take_stretch(stretch, position))?;
     } else {
         read_in_turn(input, &mut intake)?;
     }

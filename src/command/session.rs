@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::failure::Failure;
 use crate::capture::Item;
 use crate::capture::mcap::BusSettings;
+use crate::decode::chunk::Chunk;
 use crate::device::{Devices, Environment, Profiles};
 use crate::line::LineSettings;
 use crate::pipeline::{Event, Options, Pipeline};
@@ -183,18 +184,41 @@ impl<'a> Session<'a> {
     /// Takes in an item of a bus that has begun; of others only settings. Tells whether it was taken in.
     #[inline]
     pub(super) fn take(&mut self, item: &Item<'_>, sink: &mut impl Sink) -> Result<bool, Failure> {
-        if let Item::Chunk { bus, chunk, .. } = item
-            && let Some(at) = self.buses.iter().position(|known| known.settings.name == *bus)
-            && self.buses[at].redactor.is_none()
+        if let Item::Chunk { bus, chunk, ready } = *item
+            && self.take_reads(bus, std::iter::once((chunk, ready)), sink)?
         {
-            // Nearly all there is; the rest is kept out of its way.
-            sink.received(item)?;
-            if self.setup.decodes {
-                self.act(at, sink, |pipeline| pipeline.handle_bytes(chunk));
-            }
             return Ok(true);
         }
         self.take_seldom(item, sink)
+    }
+
+    /// Takes in reads, each with when its bytes were first there: nearly all there is, so the rest is kept out of their
+    /// way. Takes nothing of a bus that has not begun, or of which something is to be blanked; tells whether it did.
+    #[inline]
+    pub(super) fn take_reads<'r>(
+        &mut self,
+        bus: &str,
+        reads: impl Iterator<Item = (Chunk<'r>, Option<Timestamp>)>,
+        sink: &mut impl Sink,
+    ) -> Result<bool, Failure> {
+        let known = self.buses.iter_mut().find(|known| known.settings.name == bus);
+        let Some(Bus { settings, pipeline, .. }) = known.filter(|bus| bus.redactor.is_none()) else {
+            return Ok(false);
+        };
+        let mut result = Ok(true);
+        pipeline.set_next_ids(self.ids);
+        for (chunk, ready) in reads {
+            if let Err(failure) = sink.received(&Item::Chunk { bus, chunk, ready }) {
+                result = Err(failure);
+                break;
+            }
+            if self.setup.decodes {
+                pipeline.handle_bytes(&chunk);
+                self.frames += say(pipeline, &settings.name, sink);
+            }
+        }
+        self.ids = pipeline.next_ids();
+        result
     }
 
     #[inline(never)]
@@ -288,10 +312,7 @@ impl<'a> Session<'a> {
         let Bus { settings, pipeline, .. } = &mut self.buses[at];
         pipeline.set_next_ids(self.ids);
         act(pipeline);
-        while let Some(event) = pipeline.poll_event() {
-            self.frames += u64::from(matches!(event, Event::Frame(_)));
-            sink.event(&settings.name, &event);
-        }
+        self.frames += say(pipeline, &settings.name, sink);
         self.ids = pipeline.next_ids();
     }
 
@@ -311,4 +332,15 @@ impl<'a> Session<'a> {
         self.buses.clear();
         sink.pause(u64::MAX, true)
     }
+}
+
+/// Hands over all events that are there; returns how many of them are frames.
+#[inline]
+fn say(pipeline: &mut Pipeline, bus: &str, sink: &mut impl Sink) -> u64 {
+    let mut frames = 0;
+    while let Some(event) = pipeline.poll_event() {
+        frames += u64::from(matches!(event, Event::Frame(_)));
+        sink.event(bus, &event);
+    }
+    frames
 }

@@ -20,8 +20,13 @@ const LATENCY_TIMER_NS: i64 = 16 * MILLISECOND;
 /// Nanoseconds that an adapter is believed to keep a byte back at most; no driver comes near.
 const MOST_HOLD_NS: i64 = 60 * SECOND;
 
-/// How many of the latest reads are looked at one by one.
-const LATEST: usize = 4;
+/// How many of the last reads are looked at one by one.
+const LAST: usize = 4;
+
+/// The earliest time that a read is believed to have, 1896; one before is taken for it.
+pub const EARLIEST: Timestamp = Timestamp::from_ns(i64::MIN / 4);
+/// The latest time that a read is believed to have, 2116: between both no sum or difference here reaches 2^63.
+pub const LATEST: Timestamp = Timestamp::from_ns(i64::MAX / 2);
 
 /// Bounds when the last stop bit of a byte ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,6 +46,17 @@ impl ByteTime {
     }
 }
 
+/// Bounds when the ends of a frame were on the wire.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FrameTime {
+    /// The byte before the frame, where it has a time.
+    pub before: Option<ByteTime>,
+    /// The first byte.
+    pub first: ByteTime,
+    /// The last byte.
+    pub last: ByteTime,
+}
+
 /// The bytes of one read that are still of interest.
 #[derive(Clone, Copy, Debug)]
 struct Read {
@@ -49,13 +65,14 @@ struct Read {
     length: u64,
     timed: bool,
     after_silence: bool,
-    /// Bounds of the first byte's end.
-    certain: Timestamp,
-    earliest: Timestamp,
+    /// Bounds of the first byte's end, in nanoseconds since the epoch, as are all times here: asked for too often to
+    /// be checked for overflow, which [`EARLIEST`] and [`LATEST`] rule out.
+    certain: i64,
+    earliest: i64,
     /// Upper bound of the last byte's end.
-    latest: Timestamp,
+    latest: i64,
     /// The same before later reads tightened it.
-    read: Timestamp,
+    read: i64,
 }
 
 /// Keeps the times of the bytes that the framer still holds.
@@ -73,12 +90,10 @@ pub struct Stamper {
     /// Whether any read had a time.
     timed: bool,
     /// Time of the last read, and the bounds of its last byte.
-    last_read: Option<Timestamp>,
-    last: Option<(Timestamp, Timestamp)>,
+    last_read: Option<i64>,
+    last: Option<(i64, i64)>,
     /// Offset just after the last byte.
     end: u64,
-    /// Where untimed input has got to, at line speed from 0.
-    untimed_clock: Timestamp,
 }
 
 impl Stamper {
@@ -94,7 +109,6 @@ impl Stamper {
             last_read: None,
             last: None,
             end: 0,
-            untimed_clock: Timestamp::default(),
         }
     }
 
@@ -118,27 +132,31 @@ impl Stamper {
     pub fn silent_until(&self, time: ReadTime, length: usize) -> Option<Timestamp> {
         match time {
             ReadTime::At(at) => {
-                let first = at - self.run_ns((length as u64).saturating_sub(1));
-                Some(self.last_read.map_or(first, |last| last.max(first)))
+                let first = near(at) - self.run_ns((length as u64).saturating_sub(1));
+                Some(Timestamp::from_ns(self.last_read.map_or(first, |last| last.max(first))))
             }
-            ReadTime::Unknown | ReadTime::UnknownAfterSilence => self.last_read,
+            ReadTime::Unknown | ReadTime::UnknownAfterSilence => self.last_read.map(Timestamp::from_ns),
         }
     }
 
-    /// Returns the time a chunk was read, with untimed input dated at line speed; never goes back.
+    /// Returns the time a chunk was read, with untimed input dated at line speed from 0; never goes back.
     pub fn read_time(&self, time: ReadTime, length: usize) -> Timestamp {
+        Timestamp::from_ns(self.read_ns(time, length))
+    }
+
+    fn read_ns(&self, time: ReadTime, length: usize) -> i64 {
         match time {
-            ReadTime::At(at) => self.last_read.map_or(at, |last| last.max(at)),
+            ReadTime::At(at) => self.last_read.map_or(near(at), |last| last.max(near(at))),
             ReadTime::Unknown | ReadTime::UnknownAfterSilence => {
-                self.last_read.unwrap_or(self.untimed_clock) + self.character_ns.saturating_mul(length as i64)
+                LATEST.as_ns().min(self.last_read.unwrap_or(0) + self.run_ns(length as u64))
             }
         }
     }
 
     /// Takes in the read of `length` bytes, 0 of which change nothing; returns its time as [`Stamper::read_time`] does.
     pub fn push(&mut self, time: ReadTime, length: usize) -> Timestamp {
-        let read = self.read_time(time, length);
-        let Some(left) = (length as u64).checked_sub(1) else { return read };
+        let read = self.read_ns(time, length);
+        let Some(left) = (length as u64).checked_sub(1) else { return Timestamp::from_ns(read) };
         let timed = matches!(time, ReadTime::At(_));
         self.timed |= timed;
         let length = length as u64;
@@ -152,7 +170,7 @@ impl Stamper {
         self.last_read = Some(read);
         self.end += length;
         self.reads.push(entry);
-        read
+        Timestamp::from_ns(read)
     }
 
     /// Estimates from a read of several bytes how long the adapter keeps a byte back, in nanoseconds: it collects
@@ -167,7 +185,7 @@ impl Stamper {
     }
 
     /// Bounds a read's bytes by itself and the read before; `run` is from its first byte's end to its last byte's.
-    fn bound(&self, read: Timestamp, timed: bool, after_silence: bool, length: u64, run: i64) -> Read {
+    fn bound(&self, read: i64, timed: bool, after_silence: bool, length: u64, run: i64) -> Read {
         let first_latest = read - run;
         let held = self.held_ns();
         let certain = match (self.last, self.last_read) {
@@ -196,20 +214,20 @@ impl Stamper {
     }
 
     /// Lowers the upper bounds of the reads before: a byte ended a character before the next.
-    fn tighten(&mut self, mut latest: Timestamp) {
+    fn tighten(&mut self, mut latest: i64) {
         let character_ns = self.character_ns;
         for read in self.reads[self.dropped..].iter_mut().rev() {
             if !read.timed || read.latest <= latest {
                 return;
             }
-            let run = character_ns.saturating_mul(read.length as i64 - 1);
+            let run = character_ns * (read.length as i64 - 1);
             read.latest = latest.max(read.earliest + run);
             latest = read.latest - run - character_ns;
         }
     }
 
     fn run_ns(&self, characters: u64) -> i64 {
-        // A read of a memory's size at the slowest speed does not reach 2^63; asked for too often to be checked.
+        // A read is not larger than 64 MiB: at 1 baud far below 2^61.
         self.character_ns.wrapping_mul(characters as i64)
     }
 
@@ -227,30 +245,67 @@ impl Stamper {
         &self.reads[self.dropped..]
     }
 
-    /// Bounds the ends of the bytes at `first` and `last`, which mostly came in the same read.
-    pub fn bytes(&self, first: u64, last: u64) -> Option<(ByteTime, ByteTime)> {
-        let read = self.find(last)?;
-        let begins = if first >= read.offset { read } else { self.find(first)? };
-        (read.timed && begins.timed).then(|| (self.of(begins, first), self.of(read, last)))
+    /// Estimates the end of the byte at `offset`: the middle of its interval.
+    #[inline]
+    pub fn middle(&self, offset: u64) -> Option<Timestamp> {
+        if self.timed { self.timed_middle(offset) } else { None }
     }
 
+    fn timed_middle(&self, offset: u64) -> Option<Timestamp> {
+        let read = self.find(offset).filter(|read| read.timed)?;
+        let earliest = read.earliest + self.run_ns(offset - read.offset);
+        let width = read.latest - self.run_ns(read.offset + read.length - 1 - offset) - earliest;
+        Some(Timestamp::from_ns(earliest + width / 2 + width % 2))
+    }
+
+    /// Bounds the ends of the bytes at `first` and `last`, which mostly came in the same read, and of the one before.
+    ///
+    /// `None` when the input has no times for them.
     #[inline]
+    pub fn frame(&self, first: u64, last: u64) -> Option<FrameTime> {
+        if self.timed { self.timed_frame(first, last) } else { None }
+    }
+
+    fn timed_frame(&self, first: u64, last: u64) -> Option<FrameTime> {
+        let kept = self.kept();
+        let end = self.index(last)?;
+        let mut begin = end;
+        while kept[begin].offset > first {
+            begin = begin.checked_sub(1)?;
+        }
+        let before = if first > kept[begin].offset { Some(begin) } else { begin.checked_sub(1) };
+        let timed = |index: usize, offset: u64| kept[index].timed.then(|| self.of(&kept[index], offset));
+        let (first_byte, last_byte) = (timed(begin, first)?, timed(end, last)?);
+        let before = before.and_then(|index| timed(index, first - 1)); // there is a byte before
+        Some(FrameTime { before, first: first_byte, last: last_byte })
+    }
+
     fn find(&self, offset: u64) -> Option<&Read> {
+        self.kept().get(self.index(offset)?)
+    }
+
+    /// Returns the index of the read with the byte at `offset`, among those kept.
+    #[inline]
+    fn index(&self, offset: u64) -> Option<usize> {
         // Nearly all questions are about the latest read, and the others about those right before it.
         match self.kept().last() {
-            Some(last) if offset >= last.offset => (offset < last.offset + last.length).then_some(last),
-            _ => self.find_earlier(offset),
+            Some(last) if offset >= last.offset => {
+                (offset < last.offset + last.length).then(|| self.kept().len() - 1)
+            }
+            _ => self.index_of_earlier(offset),
         }
     }
 
-    fn find_earlier(&self, offset: u64) -> Option<&Read> {
-        let mut latest = self.kept().iter().rev().take(LATEST);
-        if let Some(read) = latest.find(|read| offset >= read.offset) {
-            return (offset < read.offset + read.length).then_some(read);
-        }
+    fn index_of_earlier(&self, offset: u64) -> Option<usize> {
         let reads = self.kept();
-        let at = reads.partition_point(|read| read.offset + read.length <= offset);
-        reads.get(at).filter(|read| read.offset <= offset)
+        let latest = reads.len().saturating_sub(LAST)..reads.len();
+        let has_begun = |index: &usize| offset >= reads[*index].offset;
+        let at = latest
+            .rev()
+            .find(has_begun)
+            .unwrap_or_else(|| reads.partition_point(|read| read.offset + read.length <= offset));
+        let read = reads.get(at)?;
+        (read.offset..read.offset + read.length).contains(&offset).then_some(at)
     }
 
     /// Tells whether any read had a time.
@@ -274,13 +329,17 @@ impl Stamper {
     fn of(&self, read: &Read, offset: u64) -> ByteTime {
         let run = self.run_ns(offset - read.offset);
         let left = self.run_ns(read.offset + read.length - 1 - offset);
-        ByteTime { certain: read.certain + run, earliest: read.earliest + run, latest: read.latest - left }
+        ByteTime {
+            certain: Timestamp::from_ns(read.certain + run),
+            earliest: Timestamp::from_ns(read.earliest + run),
+            latest: Timestamp::from_ns(read.latest - left),
+        }
     }
 
     /// Returns when the byte at `offset` was there at the latest, untimed input at line speed.
     pub fn arrival(&self, offset: u64) -> Option<Timestamp> {
         let read = self.find(offset)?;
-        Some(read.latest - self.run_ns(read.offset + read.length - 1 - offset))
+        Some(Timestamp::from_ns(read.latest - self.run_ns(read.offset + read.length - 1 - offset)))
     }
 
     /// Bounds the silence between the byte at `offset` and the one before.
@@ -307,7 +366,7 @@ impl Stamper {
         match before.zip(self.find(offset).filter(|read| read.timed)) {
             Some((before, read)) => {
                 let latest = read.read - self.run_ns(read.offset + read.length - 1 - offset);
-                (latest - before.certain).saturating_sub(self.character_ns) >= gap_ns
+                latest - before.certain.as_ns() - self.character_ns >= gap_ns
             }
             None => self.find(offset).is_none_or(|read| {
                 // Bytes of one untimed line belong together; raw bytes tell nothing.
@@ -315,6 +374,11 @@ impl Stamper {
             }),
         }
     }
+}
+
+/// Returns a time that can be reckoned with.
+fn near(time: Timestamp) -> i64 {
+    time.clamp(EARLIEST, LATEST).as_ns()
 }
 
 #[cfg(test)]
@@ -390,6 +454,9 @@ mod tests {
         for offset in 1..14 {
             let byte = stamper.byte(offset).expect("timed");
             assert!(byte.certain <= byte.earliest && byte.earliest <= byte.latest);
+            assert_eq!(stamper.middle(offset), Some(byte.interval().midpoint()));
+            let frame = stamper.frame(offset, 13).expect("timed");
+            assert_eq!((frame.before, frame.first), (stamper.byte(offset - 1), byte));
             assert!(byte.latest - before.latest >= TC && byte.earliest - before.earliest >= TC);
             before = byte;
         }
@@ -446,6 +513,7 @@ mod tests {
         for offset in 0..1200 {
             let byte = stamper.byte(offset).expect("timed");
             assert!(byte.certain <= byte.earliest && byte.earliest <= byte.latest, "{offset}");
+            assert_eq!(stamper.middle(offset), Some(byte.interval().midpoint()), "{offset}");
         }
     }
 }

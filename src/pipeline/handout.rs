@@ -7,7 +7,7 @@ use crate::decode::pairing::{Assembled, Choice, Item, Part, Settled, What};
 use crate::decode::pdu;
 use crate::decode::store::Store;
 use crate::decode::transaction::{Outcome, Side, Transaction};
-use crate::time::Timestamp;
+use crate::time::{Span, Timestamp};
 
 /// A transaction whose events are still to come.
 #[derive(Clone, Copy, Debug)]
@@ -18,13 +18,20 @@ pub(super) struct Current {
     pub(super) stage: Stage,
 }
 
+/// Is what the event of a frame says beside its place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Seen {
+    pub(super) confidence: f32,
+    pub(super) gap_before: Option<Span>,
+}
+
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Stage {
-    /// The frame of a request whose answer is still to come, with its confidence.
-    Asked(f32),
-    /// The frames of an exchange are still to come, with these confidences.
-    Request([f32; 2]),
-    Response(f32),
+    /// The frame of a request whose answer is still to come.
+    Asked(Seen),
+    /// The frames of an exchange are still to come.
+    Request([Seen; 2]),
+    Response(Seen),
     Observe,
     Say,
     Reading {
@@ -93,19 +100,19 @@ impl Pipeline {
     #[inline]
     fn exchange_event(&mut self) -> Option<Event<'_>> {
         let current = self.current.as_mut()?;
-        let (part, role, confidence) = match current.stage {
-            Stage::Asked(confidence) => {
+        let (part, role, Seen { confidence, gap_before }) = match current.stage {
+            Stage::Asked(seen) => {
                 let part = current.assembled.request?;
                 self.current = None;
-                (part, Role::Request, confidence)
+                (part, Role::Request, seen)
             }
-            Stage::Request([confidence, next]) => {
+            Stage::Request([seen, next]) => {
                 current.stage = Stage::Response(next);
-                (current.assembled.request?, Role::Request, confidence)
+                (current.assembled.request?, Role::Request, seen)
             }
-            Stage::Response(confidence) => {
+            Stage::Response(seen) => {
                 current.stage = Stage::Observe;
-                (current.assembled.response?, Role::Response, confidence)
+                (current.assembled.response?, Role::Response, seen)
             }
             _ => return None, // not called for the others
         };
@@ -115,7 +122,7 @@ impl Pipeline {
             stream_offset: part.offset,
             bytes: self.framer.store().slice(part.offset, part.end()),
             time: part.time,
-            gap_before: self.gap_before(part.offset, part.time),
+            gap_before,
             line_errors: &self.line_errors,
         };
         let frame = Frame { place, role, echo: false, boundary: Boundary::Length, confidence };

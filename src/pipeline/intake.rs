@@ -1,12 +1,13 @@
 //! From the framer's pieces to pairing, by way of exchanges that need none.
 
-use super::handout::{Current, Stage};
+use super::handout::{Current, Seen, Stage};
 use super::{Pipeline, not_negative};
 use crate::decode::damage::{self, Surroundings};
 use crate::decode::frame::{Boundary, Role, WireTime};
 use crate::decode::framer::{Outstanding, Piece, Readings};
 use crate::decode::function::FunctionCode;
 use crate::decode::pairing::{Assembled, Choice, Item, Pairing, Part, Settled, What};
+use crate::decode::stamp::FrameTime;
 use crate::decode::store::Store;
 use crate::decode::transaction::Outcome;
 use crate::time::{Span, Timestamp};
@@ -15,8 +16,9 @@ use crate::time::{Span, Timestamp};
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Asked {
     pub(super) part: Part,
-    readings: Readings,
     confidence: f32,
+    /// The estimate of its end then.
+    end: Option<Timestamp>,
     /// Time of the read that decided it.
     pub(super) at: Timestamp,
 }
@@ -35,19 +37,17 @@ impl Pipeline {
             Some(Piece::Exchange { offset, lengths, confidence }) => {
                 self.exchange(offset, lengths, confidence);
             }
-            Some(Piece::Frame { offset, length, readings, confidence, certain: Some(role), .. })
+            Some(Piece::Half { offset, length, role, confidence, end })
                 if pairs && (role == Role::Request) == self.asked.is_none() =>
             {
-                self.half(offset, length, readings, confidence);
+                self.half(offset, length, confidence, end);
             }
-            Some(Piece::Frame { offset, length, readings, boundary, confidence, .. }) => {
-                self.adopt();
-                let bytes = self.framer.store().slice(offset, offset + 2);
-                let function = FunctionCode(bytes[1]); // a frame has at least four bytes
-                let what = What::Frame { function, boundary, confidence };
-                let item = self.item(offset, u32::from(length), what);
-                self.frame_end = Some(item.end());
-                self.pair(item, &readings);
+            Some(Piece::Half { offset, length, confidence, end, .. }) => {
+                let readings = self.framer.readings(offset, length, end);
+                self.frame(offset, length, Boundary::Length, confidence, &readings);
+            }
+            Some(Piece::Frame { offset, length, readings, boundary, confidence }) => {
+                self.frame(offset, length, boundary, confidence, &readings);
             }
             Some(Piece::Junk { offset, end, outstanding }) => {
                 self.adopt();
@@ -55,6 +55,17 @@ impl Pipeline {
             }
         }
         true
+    }
+
+    /// Takes a frame to pairing.
+    fn frame(&mut self, offset: u64, length: u16, boundary: Boundary, confidence: f32, readings: &Readings) {
+        self.adopt();
+        let bytes = self.framer.store().slice(offset, offset + 2);
+        let function = FunctionCode(bytes[1]); // a frame has at least four bytes
+        let what = What::Frame { function, boundary, confidence };
+        let item = self.item(offset, u32::from(length), what);
+        self.frame_end = Some(item.end());
+        self.pair(item, readings);
     }
 
     /// Splits bytes that belong to no frame into damaged runs.
@@ -79,43 +90,44 @@ impl Pipeline {
         }
     }
 
-    /// Gives a frame of an exchange its id and times.
-    fn part(&mut self, offset: u64, length: u16) -> Part {
+    /// Gives a frame of an exchange its id and times, and tells what else its event says.
+    fn part(&mut self, offset: u64, length: u16, confidence: f32) -> (Part, Seen) {
         let (id, length) = (self.next_frame, u32::from(length));
         self.next_frame += 1;
         let end = offset + u64::from(length);
         self.frame_end = Some(end);
-        Part { id, offset, length, damaged: false, time: self.wire_time(offset, end - 1) }
+        let (time, gap_before) = self.times(offset, end - 1);
+        (Part { id, offset, length, damaged: false, time }, Seen { confidence, gap_before })
     }
 
     /// Makes a request and the answer right behind it the current transaction.
-    fn exchange(&mut self, offset: u64, [request, response]: [u16; 2], confidence: [f32; 2]) {
-        let request = self.part(offset, request);
-        let response = self.part(request.end(), response);
-        self.exchanged(request, response, Stage::Request(confidence));
+    fn exchange(&mut self, offset: u64, lengths: [u16; 2], confidence: [f32; 2]) {
+        let (request, asked) = self.part(offset, lengths[0], confidence[0]);
+        let (response, answered) = self.part(request.end(), lengths[1], confidence[1]);
+        self.exchanged(request, response, Stage::Request([asked, answered]));
     }
 
     /// Takes a request that no other is open beside, or the answer to it.
-    fn half(&mut self, offset: u64, length: u16, readings: Readings, confidence: f32) {
-        let part = self.part(offset, length);
+    fn half(&mut self, offset: u64, length: u16, confidence: f32, end: Option<Timestamp>) {
+        let (part, seen) = self.part(offset, length, confidence);
         let at = self.decided_at(part.time, part.end() - 1);
         match self.asked {
             Some(asked) if Pairing::gives_up(asked.at) > at => {
                 self.asked = None;
-                self.exchanged(asked.part, part, Stage::Response(confidence));
+                self.exchanged(asked.part, part, Stage::Response(seen));
             }
             Some(_) => {
                 // So late that only pairing can tell.
                 self.adopt();
-                let gap_before = self.gap_before(offset, part.time);
-                let item = Asked { part, readings, confidence, at }.item(self.framer.store());
-                self.pair(Item { gap_before, ..item }, &readings);
+                let readings = self.framer.readings(offset, length, end);
+                let item = Asked { part, confidence, end, at }.item(self.framer.store());
+                self.pair(Item { gap_before: seen.gap_before, ..item }, &readings);
             }
             None => {
-                self.asked = Some(Asked { part, readings, confidence, at });
+                self.asked = Some(Asked { part, confidence, end, at });
                 let assembled =
                     Assembled { request: Some(part), response: None, outcome: Outcome::NoResponse };
-                let stage = Stage::Asked(confidence);
+                let stage = Stage::Asked(seen);
                 self.current = Some(Current { assembled, id: self.next_transaction, stage });
             }
         }
@@ -135,7 +147,8 @@ impl Pipeline {
     pub(super) fn adopt(&mut self) {
         let Some(asked) = self.asked.take() else { return };
         let item = asked.item(self.framer.store());
-        self.pairing.push(item, &asked.readings, self.framer.store(), self.framer.experience());
+        let readings = self.framer.readings(item.offset, asked.part.length as u16, asked.end); // was one before
+        self.pairing.push(item, &readings, self.framer.store(), self.framer.experience());
         let told = self.pairing.take();
         debug_assert!(matches!(told, Some(Settled::Item(_, Choice::Request))), "{told:?}");
     }
@@ -157,8 +170,7 @@ impl Pipeline {
         let id = self.next_frame;
         self.next_frame += 1;
         let last = offset + u64::from(length) - 1;
-        let time = self.wire_time(offset, last);
-        let gap_before = self.gap_before(offset, time);
+        let (time, gap_before) = self.times(offset, last);
         let at = self.decided_at(time, last);
         Item { id, offset, length, time, gap_before, at, what }
     }
@@ -168,23 +180,15 @@ impl Pipeline {
         if time.is_some() { self.now } else { self.framer.stamper().arrival(last).unwrap_or(self.now) }
     }
 
-    /// Bounds when the bytes from `first` to `last` were on the wire.
+    /// Bounds when the bytes from `first` to `last` were on the wire, and the silence before them.
     #[inline]
-    pub(super) fn wire_time(&self, first: u64, last: u64) -> Option<WireTime> {
+    fn times(&self, first: u64, last: u64) -> (Option<WireTime>, Option<Span>) {
         let stamper = self.framer.stamper();
-        if !stamper.has_times() {
-            return None;
-        }
-        let (first, last) = stamper.bytes(first, last)?;
+        let Some(FrameTime { before, first, last }) = stamper.frame(first, last) else { return (None, None) };
         let start = first.interval().shifted(-stamper.character_ns());
         // Bytes that come faster than the line's speed allows have no sound times, but keep their order.
-        Some(WireTime { start, end: last.interval().not_before(start) })
-    }
-
-    /// Bounds the silence before the byte at `offset`.
-    pub(super) fn gap_before(&self, offset: u64, time: Option<WireTime>) -> Option<Span> {
-        let before = self.framer.stamper().byte(offset.checked_sub(1)?)?;
-        Some(not_negative(before.interval().until(time?.start)))
+        let time = WireTime { start, end: last.interval().not_before(start) };
+        (Some(time), before.map(|before| not_negative(before.interval().until(start))))
     }
 }
 

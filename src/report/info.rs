@@ -109,6 +109,14 @@ struct Summary<'a> {
     recordings: &'a [Recording],
 }
 
+/// Returns the last stretch of a bus that has begun; mostly there is but one bus.
+fn stretch<'a>(inputs: &'a mut [Stretch], bus: &str) -> Option<&'a mut Stretch> {
+    match inputs {
+        [only] => Some(only),
+        _ => inputs.iter_mut().rfind(|stretch| stretch.bus == bus),
+    }
+}
+
 impl Info {
     /// Makes a summary of nothing yet; the profiles say at which addresses every device answers.
     pub fn new(profiles: &Profiles) -> Self {
@@ -180,7 +188,7 @@ impl Info {
     fn place(&mut self, bus: &str, place: &Place<'_>) {
         self.bytes += place.bytes.len() as u64;
         let Some(time) = place.time else { return };
-        let Some(stretch) = self.inputs.iter_mut().rfind(|stretch| stretch.bus == bus) else { return };
+        let Some(stretch) = stretch(&mut self.inputs, bus) else { return };
         let on_wire = stretch.character_ns.saturating_mul(place.bytes.len() as i64); // a run is far below 2^63
         stretch.busy_ns = stretch.busy_ns.saturating_add(on_wire);
         if let Some(since) = stretch.hole_since.take() {
@@ -198,7 +206,7 @@ impl Info {
             return;
         }
         self.holes += 1;
-        if let Some(stretch) = self.inputs.iter_mut().rfind(|stretch| stretch.bus == bus) {
+        if let Some(stretch) = stretch(&mut self.inputs, bus) {
             stretch.hole_since = stretch.hole_since.or(lost.time);
         }
     }

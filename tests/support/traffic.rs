@@ -4,6 +4,7 @@ use crc::{CRC_16_MODBUS, Crc};
 use proptest::collection::vec;
 use proptest::prelude::*;
 use rtutap::decode::chunk::ReadTime;
+use rtutap::decode::stamp::{EARLIEST, LATEST};
 use rtutap::line::LineSettings;
 use rtutap::simulate::{Adapter, Config, Scenario, Simulation};
 use rtutap::time::Timestamp;
@@ -269,6 +270,7 @@ pub fn begin() -> impl Strategy<Value = i64> {
     prop_oneof![
         6 => Just(1_767_225_600_000_000_000),
         1 => Just(0),
+        1 => Just(LATEST.as_ns() - 1_000_000_000),
         1 => Just(i64::MAX - 1_000_000_000),
         1 => Just(i64::MIN),
         1 => any::<i64>(),
@@ -288,9 +290,21 @@ pub fn timed(bytes: &[u8], lengths: &[usize], begin: i64, steps: &[i64]) -> Vec<
 }
 
 /// Draws reads with times of every kind.
-pub fn any_timed() -> impl Strategy<Value = Vec<Read>> {
+fn any_times() -> impl Strategy<Value = Vec<Read>> {
     (any_bytes(), cuts(), begin(), steps())
         .prop_map(|(bytes, lengths, begin, steps)| timed(&bytes, &lengths, begin, &steps))
+}
+
+/// Draws reads with times of every kind that is believed.
+pub fn any_timed() -> impl Strategy<Value = Vec<Read>> {
+    any_times().prop_map(|mut reads| {
+        for read in &mut reads {
+            if let ReadTime::At(time) = &mut read.time {
+                *time = (*time).clamp(EARLIEST, LATEST);
+            }
+        }
+        reads
+    })
 }
 
 /// Draws reads of every kind: with times, without, lines of text.
@@ -300,7 +314,7 @@ pub fn any_reads() -> impl Strategy<Value = Vec<Read>> {
         cut(&bytes, &lengths).map(|bytes| Read { time, bytes: bytes.to_vec() }).collect()
     };
     prop_oneof![
-        4 => any_timed(),
+        4 => any_times(),
         1 => (any_bytes(), cuts()).prop_map(|(bytes, lengths)| untimed(&bytes, &lengths)),
         1 => (any_bytes(), cuts()).prop_map(line),
     ]

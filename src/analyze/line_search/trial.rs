@@ -249,6 +249,11 @@ impl Trial {
     fn pump(&mut self) {
         while let Some(piece) = self.framer.next_piece(true) {
             match piece {
+                Piece::Half { offset, length, end, .. } => {
+                    if is_standard(&self.framer.readings(offset, length, end)) {
+                        self.count(offset, length);
+                    }
+                }
                 Piece::Frame { offset, length, readings, boundary: Boundary::Length, .. }
                     if is_standard(&readings) =>
                 {

@@ -13,8 +13,8 @@ pub(super) struct Reads {
     next: usize,
     start: usize,
     end: usize,
-    time: Option<ReadTime>,
-    ready: Option<Timestamp>,
+    time: Timestamp,
+    is_last: bool,
     errors: Vec<LineError>,
     first: Option<Timestamp>,
     last: Option<Timestamp>,
@@ -68,18 +68,16 @@ impl Reads {
             }
         };
         self.next += 1;
-        self.time = Some(match raw.dating() {
-            Dating::Read => ReadTime::At(anchor.time(monotonic_ns)),
-            Dating::LineSpeed => ReadTime::Unknown,
-            Dating::AfterSilence => ReadTime::UnknownAfterSilence,
-        });
-        self.ready = (is_last && raw.ready_ns > 0).then(|| anchor.time(raw.ready_ns));
-        self.collect_errors(raw, is_last);
+        self.time = anchor.time(monotonic_ns);
+        self.is_last = is_last;
+        self.errors.clear();
+        if !raw.errors.is_empty() {
+            self.collect_errors(raw, is_last);
+        }
         true
     }
 
     fn collect_errors(&mut self, raw: &RawChunk, is_last: bool) {
-        self.errors.clear();
         for error in &raw.errors {
             let at = error.offset as usize;
             let within = (self.start..self.end).contains(&at) || (is_last && at >= self.end);
@@ -91,17 +89,21 @@ impl Reads {
     }
 
     /// Returns the read gone on to.
+    #[inline]
     pub(super) fn chunk<'a>(&'a self, raw: &'a RawChunk) -> Chunk<'a> {
-        Chunk {
-            time: self.time.unwrap_or(ReadTime::Unknown),
-            bytes: &raw.data[self.start..self.end],
-            line_errors: &self.errors,
-        }
+        let time = match raw.dating() {
+            Dating::Read => ReadTime::At(self.time),
+            Dating::LineSpeed => ReadTime::Unknown,
+            Dating::AfterSilence => ReadTime::UnknownAfterSilence,
+        };
+        Chunk { time, bytes: &raw.data[self.start..self.end], line_errors: &self.errors }
     }
 
     /// Returns when the bytes of the read gone on to were first there, where that is known.
-    pub(super) fn ready(&self) -> Option<Timestamp> {
-        self.ready
+    #[inline]
+    pub(super) fn ready(&self, raw: &RawChunk) -> Option<Timestamp> {
+        let anchor = self.anchor.filter(|_| self.is_last && raw.ready_ns > 0)?;
+        Some(anchor.time(raw.ready_ns))
     }
 }
 

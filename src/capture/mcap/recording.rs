@@ -13,7 +13,7 @@ use super::state::{Bus, State};
 use super::time::Anchor;
 use crate::capture::Item;
 use crate::capture::origin::is_mcap;
-use crate::decode::chunk::{Lost, LostKind};
+use crate::decode::chunk::{Chunk, Lost, LostKind};
 use crate::time::Timestamp;
 
 /// Says what a recording holds beside its bytes, as far as it was read.
@@ -273,6 +273,12 @@ impl Recording {
             }
         }
         Ok(true)
+    }
+
+    /// Returns the read gone on to, where the item is one: its bus, its bytes, and when they were first there.
+    #[inline]
+    pub fn read(&self) -> Option<(&str, Chunk<'_>, Option<Timestamp>)> {
+        self.state.read()
     }
 
     /// Returns the item gone on to.

@@ -15,7 +15,7 @@ use super::time::Anchor;
 use super::unpack::MessageHead;
 use super::{END_METADATA, SESSION_METADATA};
 use crate::capture::Item;
-use crate::decode::chunk::{Lost, LostKind};
+use crate::decode::chunk::{Chunk, Lost, LostKind};
 use crate::time::Timestamp;
 
 /// Is what a channel is to a recording.
@@ -356,22 +356,31 @@ impl State {
         self.current.is_some()
     }
 
+    /// Returns the read gone on to, where the item is one: its bus, its bytes, and when they were first there.
+    #[inline]
+    pub(super) fn read(&self) -> Option<(&str, Chunk<'_>, Option<Timestamp>)> {
+        let Some(Ready::Chunk(bus)) = self.current else { return None };
+        Some((&self.buses[bus].name, self.reads.chunk(&self.raw), self.reads.ready(&self.raw)))
+    }
+
     /// Returns the item gone on to.
     pub(super) fn item(&self) -> Item<'_> {
+        match self.read() {
+            Some((bus, chunk, ready)) => Item::Chunk { bus, chunk, ready },
+            None => self.seldom_item(),
+        }
+    }
+
+    fn seldom_item(&self) -> Item<'_> {
         match &self.current {
             Some(Ready::Line(bus)) => self.buses[*bus].settings.as_ref().map_or(NOTHING, Item::Line),
             Some(Ready::Lost(bus, lost)) => Item::Lost { bus: &self.buses[*bus].name, lost: *lost },
             Some(Ready::Silence(bus, until)) => Item::Silence { bus: &self.buses[*bus].name, until: *until },
-            Some(Ready::Chunk(bus)) => Item::Chunk {
-                bus: &self.buses[*bus].name,
-                chunk: self.reads.chunk(&self.raw),
-                ready: self.reads.ready(),
-            },
             Some(Ready::Clock(monotonic_ns, realtime)) => {
                 Item::Clock { monotonic_ns: *monotonic_ns, realtime: *realtime }
             }
             Some(Ready::Note(time, text)) => Item::Note { time: *time, text },
-            None => NOTHING,
+            Some(Ready::Chunk(_)) | None => NOTHING,
         }
     }
 }

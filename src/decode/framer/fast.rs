@@ -18,8 +18,8 @@ use crate::decode::framer::weigh::{Context, readings, zero_extension};
 /// Says what the bytes after the root are.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Glance {
-    /// The registers or coils that were asked for, beyond doubt; [`plain`] reads them.
-    Answer(FrameEdge),
+    /// The registers or coils that were asked for, beyond doubt, and how long after, in nanoseconds; [`plain`] reads them.
+    Answer(FrameEdge, Option<i64>),
     /// A frame, beyond doubt.
     Frame(FrameEdge, Readings),
     /// The beginning of a frame, and nothing else that could be decided before the bytes reach this stream offset.
@@ -41,8 +41,8 @@ pub fn glance(offset: u64, outstanding: Option<&Outstanding>, context: &Context<
             // Only what is expected is waited for blindly: in all else another frame may show itself sooner.
             None => return Glance::Wait(offset + length as u64),
             Some(frame) => {
-                if let Some(answer) = plain_answer(offset, outstanding, frame, context) {
-                    return Glance::Answer(answer);
+                if let Some((answer, since)) = plain_answer(offset, outstanding, frame, context) {
+                    return Glance::Answer(answer, since);
                 }
             }
         }
@@ -89,7 +89,7 @@ fn plain_answer(
     outstanding: &Outstanding,
     frame: &[u8],
     context: &Context<'_>,
-) -> Option<FrameEdge> {
+) -> Option<(FrameEdge, Option<i64>)> {
     // As a request it would have to name a quantity that it does not (V1.1b3, 6.1 to 6.4).
     let most = if frame[1] <= 2 { 2000 } else { 125 };
     let no_request = u16::from_be_bytes([frame[4], frame[5]]) > most;
@@ -105,7 +105,7 @@ fn plain_answer(
     let kind = Kind::Response(Fit::Full); // by its function and length
     let rival = score::JUNK_OPEN + score::JUNK_BYTE + score::BEST_TAIL;
     let edge = FrameEdge { offset, length, kind, boundary: Boundary::Length, score };
-    (rival < score - score::MARGIN).then_some(edge)
+    (rival < score - score::MARGIN).then_some((edge, since))
 }
 
 /// Returns how a plain answer of so many bytes is read.

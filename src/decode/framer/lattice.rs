@@ -91,8 +91,8 @@ impl Lattice {
         let outstanding = if self.requests.is_empty() { NOTHING } else { 0 };
         self.has_frame = false;
         let root = &mut self.nodes[0]; // there always is a root
-        root.len = 0;
-        root.offer(Entry { alive: true, outstanding, ..Node::EMPTY.entries[0] });
+        root.entries[0] = Entry { alive: true, outstanding, ..Node::EMPTY.entries[0] };
+        root.len = 1;
     }
 
     /// Takes in the next byte.

@@ -18,7 +18,7 @@ mod weigh;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use crate::decode::candidate::candidates;
+use crate::decode::candidate::{MIN_FRAME, candidates};
 use crate::decode::chunk::Chunk;
 use crate::decode::frame::{Boundary, Role};
 use crate::decode::shape::Shapes;
@@ -59,9 +59,20 @@ pub enum Piece {
         boundary: Boundary,
         /// From 0 to 0.99.
         confidence: f32,
-        /// Its role where pairing need not weigh it while nothing is open: a request that waits for its answer,
-        /// or the full answer to the request just before.
-        certain: Option<Role>,
+    },
+    /// A request that waits for its answer, or the full answer to the request just before, beyond doubt: pairing need
+    /// not weigh it while nothing is open.
+    Half {
+        /// Stream offset of its address.
+        offset: u64,
+        /// Bytes, address to CRC; they show its end.
+        length: u16,
+        /// Which of both it is.
+        role: Role,
+        /// From 0 to 0.99.
+        confidence: f32,
+        /// The estimate of a request's end; [`Framer::readings`] wants it.
+        end: Option<Timestamp>,
     },
     /// A request and its answer, both beyond doubt at once: by far the commonest.
     Exchange {
@@ -217,10 +228,7 @@ impl Framer {
                     return Some(self.take_request(edge, readings, pairs));
                 }
                 match fast::glance(self.lattice.root(), outstanding, &context!(self)) {
-                    Glance::Answer(edge) => {
-                        let response = Some(fast::plain(edge.length));
-                        return Some(self.take_short_cut(edge, Readings { request: None, response }));
-                    }
+                    Glance::Answer(edge, since) => return Some(self.take_answer(edge, since)),
                     Glance::Frame(edge, readings) => {
                         if asks {
                             self.remember(edge, readings);
@@ -250,6 +258,7 @@ impl Framer {
     }
 
     /// Takes in a read, and returns its time; all pieces and deadlines before it must have been taken.
+    #[inline]
     pub fn push(&mut self, chunk: &Chunk<'_>) -> Timestamp {
         let read = self.stamper.push(chunk.time, chunk.bytes.len());
         if chunk.bytes.is_empty() {
@@ -291,18 +300,31 @@ impl Framer {
             return self.take_short_cut(edge, readings);
         };
         self.learn(edge, None);
-        let answer = match fast::glance(edge.end(), Some(&asked.outstanding), &context!(self)) {
-            Glance::Answer(answer) => answer,
-            Glance::Frame(answer, readings) if certain(answer, &readings) == Some(Role::Response) => answer,
+        let (answer, since) = match fast::glance(edge.end(), Some(&asked.outstanding), &context!(self)) {
+            Glance::Answer(answer, since) => (answer, since),
+            Glance::Frame(answer, readings) if certain(answer, &readings) == Some(Role::Response) => {
+                (answer, self.since(answer.offset, asked.outstanding.end))
+            }
             _ => {
-                self.lattice.skip(edge.end(), Some(asked.outstanding));
-                return self.piece(edge, readings, certain(edge, &readings));
+                self.skip(edge.end(), Some(asked.outstanding));
+                return self.piece(edge, readings);
             }
         };
-        self.learn(answer, Some(&asked.outstanding));
-        self.lattice.skip(answer.end(), None);
+        self.learn(answer, since);
+        self.skip(answer.end(), None);
         let confidence = [self.confidence(edge), self.confidence(answer)];
         Piece::Exchange { offset: edge.offset, lengths: [edge.length, answer.length], confidence }
+    }
+
+    /// Hands over a plain answer, which came so long after its request.
+    fn take_answer(&mut self, edge: FrameEdge, since: Option<i64>) -> Piece {
+        debug_assert_eq!(
+            self.readings(edge.offset, edge.length, None),
+            Readings { request: None, response: Some(fast::plain(edge.length)) }
+        );
+        self.learn(edge, since);
+        self.skip(edge.end(), None);
+        self.half(edge, Role::Response, None)
     }
 
     /// Hands over a frame that the lattice need not see.
@@ -314,9 +336,44 @@ impl Framer {
             Kind::Response(Fit::None) => before,
             Kind::Response(_) => None,
         };
-        self.learn(edge, before.as_ref());
-        self.lattice.skip(edge.end(), after);
-        self.piece(edge, readings, certain(edge, &readings))
+        self.learn(edge, self.since(edge.offset, before.and_then(|asked| asked.end)));
+        self.skip(edge.end(), after);
+        self.piece(edge, readings)
+    }
+
+    /// Makes a piece of a frame that the lattice need not see.
+    fn piece(&mut self, edge: FrameEdge, readings: Readings) -> Piece {
+        match certain(edge, &readings) {
+            Some(role) => self.half(edge, role, readings.request.and_then(|asked| asked.outstanding.end)),
+            None => self.frame(edge, readings),
+        }
+    }
+
+    fn half(&mut self, edge: FrameEdge, role: Role, end: Option<Timestamp>) -> Piece {
+        let FrameEdge { offset, length, .. } = edge;
+        Piece::Half { offset, length, role, confidence: self.confidence(edge), end }
+    }
+
+    fn frame(&mut self, edge: FrameEdge, readings: Readings) -> Piece {
+        let FrameEdge { offset, length, boundary, .. } = edge;
+        Piece::Frame { offset, length, readings, boundary, confidence: self.confidence(edge) }
+    }
+
+    /// Returns how the frame of a [`Piece::Half`] can be read, for pairing after all.
+    pub fn readings(&self, offset: u64, length: u16, end: Option<Timestamp>) -> Readings {
+        let bytes = self.store.slice(offset, offset + u64::from(length));
+        let list = candidates(bytes, &self.shapes);
+        Readings::new(list.as_slice(), bytes, offset, Boundary::Length, end, &self.shapes)
+    }
+
+    /// Goes on behind a frame that the lattice need not see; a read mostly ends with it, and then nothing is to be seen.
+    fn skip(&mut self, end: u64, outstanding: Option<Outstanding>) {
+        self.lattice.skip(end, outstanding);
+        let needed = end + MIN_FRAME as u64;
+        if self.store.end() < needed {
+            self.needed = needed;
+            self.is_dry = true;
+        }
     }
 
     /// Takes one byte into the lattice and hands over what that decides.
@@ -362,18 +419,23 @@ impl Framer {
 
     fn hand_over_frame(&mut self, edge: FrameEdge, outstanding: Option<Outstanding>) -> Readings {
         self.flush_junk();
-        self.learn(edge, outstanding.as_ref());
+        self.learn(edge, self.since(edge.offset, outstanding.and_then(|asked| asked.end)));
         let bytes = self.store.slice(edge.offset, edge.end());
         let end = context!(self).end(edge.end() - 1);
         let list = candidates(bytes, &self.shapes);
         let readings = Readings::new(list.as_slice(), bytes, edge.offset, edge.boundary, end, &self.shapes);
-        let piece = self.piece(edge, readings, None);
+        let piece = self.frame(edge, readings);
         self.pieces.push_back(piece);
         readings
     }
 
-    /// Learns from a frame that is decided: its unit, its latency, whether it was an echo.
-    fn learn(&mut self, edge: FrameEdge, outstanding: Option<&Outstanding>) {
+    /// Estimates how long after the end of a request the byte at `offset` began, in nanoseconds.
+    fn since(&self, offset: u64, asked: Option<Timestamp>) -> Option<i64> {
+        Some(context!(self).begin(offset)? - asked?)
+    }
+
+    /// Learns from a frame that is decided: its unit, how long after its request it began, whether it was an echo.
+    fn learn(&mut self, edge: FrameEdge, since: Option<i64>) {
         let bytes = self.store.slice(edge.offset, edge.offset + 2);
         let (address, function) = (bytes[0], bytes[1]); // a frame has at least four bytes
         self.experience.saw_frame(address, function, edge.boundary == Boundary::Crc);
@@ -381,10 +443,9 @@ impl Framer {
             Kind::Request | Kind::Echo if matches!(function, 1..=4 | 15 | 16) => {
                 self.experience.saw_request(edge.kind == Kind::Echo);
             }
-            Kind::Response(Fit::Full) if matches!(function, 1..=4) && self.stamper.has_times() => {
-                let begin = context!(self).end(edge.offset).map(|end| end - self.stamper.character_ns());
-                if let (Some(begin), Some(asked)) = (begin, outstanding.and_then(|o| o.end)) {
-                    self.experience.saw_latency(address, (begin - asked).max(0));
+            Kind::Response(Fit::Full) if matches!(function, 1..=4) => {
+                if let Some(since) = since {
+                    self.experience.saw_latency(address, since.max(0));
                 }
             }
             _ => {}
@@ -429,11 +490,6 @@ impl Framer {
             self.cut(self.lattice.end());
         }
         self.flush_junk();
-    }
-
-    fn piece(&mut self, edge: FrameEdge, readings: Readings, certain: Option<Role>) -> Piece {
-        let FrameEdge { offset, length, boundary, .. } = edge;
-        Piece::Frame { offset, length, readings, boundary, confidence: self.confidence(edge), certain }
     }
 
     fn confidence(&mut self, edge: FrameEdge) -> f32 {

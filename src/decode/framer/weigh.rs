@@ -30,7 +30,7 @@ impl Context<'_> {
 
     /// Estimates when the byte at `offset` ended.
     pub fn end(&self, offset: u64) -> Option<Timestamp> {
-        Some(self.stamper.byte(offset)?.interval().midpoint())
+        self.stamper.middle(offset)
     }
 }
 
