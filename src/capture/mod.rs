@@ -268,6 +268,9 @@ impl Input {
             return foreign;
         }
         match self.facts() {
+            Some(facts) if facts.undefined_messages > 0 => {
+                InputError::Undefined { name, messages: facts.undefined_messages }
+            }
             Some(facts) if facts.ends_early() => InputError::CutShort(name),
             Some(Facts { damage, .. }) if !damage.is_empty() => InputError::Lost { name, damage: damage[0] },
             Some(_) => InputError::Silent(name),

@@ -477,6 +477,21 @@ pub(super) fn say_damage(name: &str, facts: &Facts) {
             first.cause
         ));
     }
+    if !facts.guessed_buses.is_empty() {
+        message::warning(format_args!(
+            "'{name}': the definition of a channel is lost; its messages can only be bytes of a bus, taken for those of {}",
+            facts.guessed_buses.join(", ")
+        ));
+    }
+    if facts.undefined_messages > 0 {
+        message::warning(format_args!(
+            "'{name}': {} can be read, but the definition of the channel is lost",
+            match facts.undefined_messages {
+                1 => "a message".to_owned(),
+                count => format!("{count} messages"),
+            }
+        ));
+    }
     if facts.lost_bytes > 0 {
         let bytes = if facts.lost_bytes == 1 { "byte" } else { "bytes" };
         message::warning(format_args!("'{name}': {} {bytes} of the bus are not in it", facts.lost_bytes));

@@ -15,6 +15,7 @@
 //! not take or give back (`disk`). A message without bytes and errors says that silence decided something there: live,
 //! it did when a poll came back empty, and a replay has nothing else to know it by.
 
+mod definitions;
 mod index;
 mod line;
 mod messages;
