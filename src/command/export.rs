@@ -11,7 +11,8 @@ use std::time::UNIX_EPOCH;
 
 use super::bus::{self, Wanted};
 use super::failure::Failure;
-use super::output::Output;
+use super::message;
+use super::output::{Output, unfinished};
 use super::printing::{judge, say_none};
 use super::scribe::Scribe;
 use super::session::{Origin, Sink};
@@ -66,9 +67,13 @@ fn write(args: &cli::Export, kind: ExportKind, secrets: Option<Arc<Secrets>>) ->
     let findings = args.filter.is_some();
     let wanted = Wanted { readings, findings, secrets, ..Wanted::default() };
     let result = bus::read(&args.bus, &profiles, wanted, &mut exporter, |_, _| {});
-    if result.is_ok() && exporter.begun || exporter.has_bytes {
-        // What was decoded before something went wrong is written first.
+    // What was decoded before something went wrong is written where nothing stands yet.
+    let is_kept = result.is_ok() && exporter.begun || exporter.has_bytes && !args.output.is_file();
+    if is_kept {
         exporter.writer.finish(&mut exporter.output)?;
+        exporter.output.keep()?;
+    } else {
+        say_untouched(&args.output);
     }
     if result.is_ok() {
         say_none(exporter.writer.none_of());
@@ -106,17 +111,31 @@ fn write_mcap(
     }
     let wanted =
         Wanted { readings: true, findings: true, secrets, raw_only: args.raw_only, ..Wanted::default() };
-    let result = bus::read(&args.bus, profiles, wanted, &mut scribe, |_, _| {});
+    let mut result = bus::read(&args.bus, profiles, wanted, &mut scribe, |_, _| {});
     for mark in &args.marks {
-        scribe.received(&Item::Note { time: Some(*mark), text: "mark" })?;
+        let note = Item::Note { time: Some(*mark), text: "mark" };
+        result = result.and_then(|()| scribe.received(&note));
     }
-    if scribe.has_begun() {
+    // What was read before something went wrong is written where nothing stands yet.
+    if scribe.has_begun() && (result.is_ok() || !args.output.exists()) {
         say_none(scribe.none_of().filter(|_| result.is_ok()));
-        scribe.finish()?;
+        result = result.and(scribe.finish().map(drop));
     } else {
         scribe.abandon();
+        say_untouched(&args.output);
+    }
+    if result.is_err() {
+        // It is there where writing to it failed.
+        let _ = std::fs::remove_file(unfinished(&args.output));
     }
     result
+}
+
+/// Says that a file is still the one that stood there.
+fn say_untouched(output: &Path) {
+    if output.is_file() {
+        message::note(format_args!("'{}' is left as it was", output.display()));
+    }
 }
 
 /// Returns what to ask for, where a screen asks.
@@ -214,7 +233,7 @@ struct Exporter {
     output: Output,
     /// Whether an input could be opened.
     begun: bool,
-    /// Whether a byte was received that goes out: what is written then replaces what stood there, whatever follows.
+    /// Whether a byte was received that goes out.
     has_bytes: bool,
     is_hex: bool,
     derived: bool,

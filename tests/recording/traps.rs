@@ -56,10 +56,10 @@ fn a_file_has_its_name_only_when_it_is_finished() {
     let directory = tempfile::tempdir().expect("a directory");
     let path = directory.path().join("a.mcap");
     let (recorder, _) = recorder(&path, Options::default());
-    assert!(recorder.current().expect("a file").ends_with("a.mcap.part"));
+    assert!(recorder.current().expect("a file").ends_with("a.mcap.unfinished"));
     assert!(!path.exists());
     recorder.finish("finished").expect("a disk that works");
-    assert!(path.exists() && !directory.path().join("a.mcap.part").exists());
+    assert!(path.exists() && !directory.path().join("a.mcap.unfinished").exists());
 }
 
 #[test]
@@ -129,7 +129,7 @@ fn attachments_stand_before_the_first_bytes_and_break_no_chunk() {
 fn after_a_full_disk_a_new_part_begins_and_what_was_lost_is_counted() {
     let directory = tempfile::tempdir().expect("a directory");
     let path = directory.path().join("a.mcap");
-    std::os::unix::fs::symlink("/dev/full", directory.path().join("a-0002.mcap.part")).expect("a link");
+    std::os::unix::fs::symlink("/dev/full", directory.path().join("a-0002.mcap.unfinished")).expect("a link");
     let reads = reads("installation", Adapter::Ftdi16, 300);
     let options = Options { session_id: "s".into(), rotate_chunks: Some(60), ..Options::default() };
     let (mut recorder, id) = recorder(&path, options);

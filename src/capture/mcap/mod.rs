@@ -43,6 +43,9 @@ pub use salvage::{RecoverError, Recovered, recover};
 pub use schema::Schema;
 pub use time::Anchor;
 
+/// What follows the name of a file that is made of another one, until it is finished; a live recording has `.part`.
+pub const UNFINISHED: &str = ".unfinished";
+
 /// How messages and schemas are encoded.
 const ENCODING: &str = "protobuf";
 /// The version of the format that is written.
