@@ -112,7 +112,7 @@ impl<'a> Item<'a> {
 
 /// Is what reads an input.
 enum Reader {
-    /// A format that holds the bytes of one bus, and nothing else.
+    /// A format that holds bytes, and little else.
     Plain(Box<dyn ReadChunks + Send>),
     Mcap(Box<Recording>),
 }
@@ -317,9 +317,10 @@ impl Input {
     /// Returns the item gone on to.
     pub fn item(&self) -> Item<'_> {
         match &self.reader {
-            Reader::Plain(reader) => match reader.lost() {
-                Some(lost) => Item::Lost { bus: BUS, lost },
-                None => Item::Chunk { bus: BUS, chunk: reader.chunk(), ready: None },
+            Reader::Plain(reader) => match (reader.settings(), reader.lost()) {
+                (Some(settings), _) => Item::Line(settings),
+                (None, Some(lost)) => Item::Lost { bus: reader.bus(), lost },
+                (None, None) => Item::Chunk { bus: reader.bus(), chunk: reader.chunk(), ready: None },
             },
             Reader::Mcap(recording) => recording.item(),
         }

@@ -4,6 +4,7 @@ use std::fmt;
 use std::io;
 
 use super::HexError;
+use super::mcap::BusSettings;
 use crate::decode::chunk::{Chunk, Lost};
 use crate::line::LineSettings;
 use crate::time::Timestamp;
@@ -15,6 +16,16 @@ pub(super) trait ReadChunks {
 
     /// Returns the chunk that `advance` went on to.
     fn chunk(&self) -> Chunk<'_>;
+
+    /// Returns the bus that it is of.
+    fn bus(&self) -> &str {
+        super::BUS
+    }
+
+    /// Returns the settings of a bus, where `advance` went on to those instead of a chunk.
+    fn settings(&self) -> Option<&BusSettings> {
+        None
+    }
 
     /// Returns what was lost, where `advance` went on to that instead of a chunk.
     fn lost(&self) -> Option<Lost> {

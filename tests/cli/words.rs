@@ -293,3 +293,34 @@ fn what_stood_there_stays_when_an_export_is_refused_and_a_plan_is_of_one_bus() {
         .stdout("")
         .stderr(contains("a plan is of one bus, and this has 'pump' and 'reservoir'"));
 }
+
+#[test]
+fn packets_of_two_buses_come_back_as_two_buses() {
+    let (_directory, path) = temporary();
+    let (recording, packets) = (path("two.mcap"), path("two.pcapng"));
+    two_buses(&recording, false).finish("finished").expect("a disk that works");
+    rtutap(&["export", arg(&recording), "-o", arg(&packets)]).assert().success();
+    let frames = |file: &Path| {
+        let text = stdout(&["decode", arg(file), "--show=frames", "--format=json"], b"");
+        let rows = text.lines().map(|line| serde_json::from_str::<serde_json::Value>(line).expect(line));
+        let frames = rows.filter(|row| row["type"] == "frame");
+        let number = |row: &serde_json::Value, key: &str| row[key].as_i64().expect("a number");
+        let mut frames: Vec<_> = frames
+            .map(|row| {
+                let what = ["bus", "bytes", "role", "echo"].map(|key| row[key].to_string());
+                (what, number(&row, "end_ns"), number(&row, "uncertainty_ns"))
+            })
+            .collect();
+        frames.sort();
+        frames
+    };
+    let (before, after) = (frames(&recording), frames(&packets));
+    assert_eq!(before.len(), after.len());
+    for (before, after) in before.iter().zip(&after) {
+        assert_eq!(before.0, after.0);
+        // A packet has one time: that of the frame's end, as far as it is known.
+        assert!((before.1 - after.1).abs() <= before.2, "{before:?} {after:?}");
+    }
+    let lines = stdout(&["info", arg(&packets)], b"");
+    assert!(before.len() == 7 && lines.contains("19200-8E1") && lines.contains("9600-8N1"), "{lines}");
+}
