@@ -4,6 +4,7 @@
 
 mod directive;
 mod error;
+mod hex_bus;
 mod hex_comment;
 mod hex_line;
 mod hex_text;
@@ -26,6 +27,7 @@ use crate::decode::chunk::{Chunk, Lost};
 use crate::line::LineSettings;
 use crate::time::Timestamp;
 pub use error::InputError;
+pub use hex_bus::{hex_bus, hex_silence};
 pub use hex_comment::hex_lost;
 pub use hex_line::{hex_heading, hex_line};
 pub use hex_text::HexError;
@@ -317,11 +319,17 @@ impl Input {
     /// Returns the item gone on to.
     pub fn item(&self) -> Item<'_> {
         match &self.reader {
-            Reader::Plain(reader) => match (reader.settings(), reader.lost()) {
-                (Some(settings), _) => Item::Line(settings),
-                (None, Some(lost)) => Item::Lost { bus: reader.bus(), lost },
-                (None, None) => Item::Chunk { bus: reader.bus(), chunk: reader.chunk(), ready: None },
-            },
+            Reader::Plain(reader) => {
+                let bus = reader.bus();
+                if let Some(settings) = reader.settings() {
+                    return Item::Line(settings);
+                }
+                match (reader.lost(), reader.silence()) {
+                    (Some(lost), _) => Item::Lost { bus, lost },
+                    (None, Some(until)) => Item::Silence { bus, until },
+                    (None, None) => Item::Chunk { bus, chunk: reader.chunk(), ready: None },
+                }
+            }
             Reader::Mcap(recording) => recording.item(),
         }
     }

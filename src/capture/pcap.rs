@@ -153,13 +153,7 @@ impl<R: Read> ReadChunks for Pcap<R> {
     }
 
     fn times_back(&self) -> Option<TimesBack> {
-        let mut back = self.bus.buses.iter().filter_map(|(_, forward)| forward.times_back());
-        let first = back.next()?;
-        Some(back.fold(first, |all, one| TimesBack {
-            unit: all.unit,
-            first: all.first.min(one.first),
-            count: all.count.saturating_add(one.count),
-        }))
+        TimesBack::of(self.bus.buses.iter().map(|(_, forward)| forward))
     }
 
     fn cut(&self) -> Option<&Malformed> {

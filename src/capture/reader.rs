@@ -27,6 +27,11 @@ pub(super) trait ReadChunks {
         None
     }
 
+    /// Returns until when nothing was received, where `advance` went on to that instead of a chunk.
+    fn silence(&self) -> Option<Timestamp> {
+        None
+    }
+
     /// Returns what was lost, where `advance` went on to that instead of a chunk.
     fn lost(&self) -> Option<Lost> {
         None
@@ -104,6 +109,17 @@ pub struct TimesBack {
     pub first: u64,
     /// How many do.
     pub count: u64,
+}
+
+impl TimesBack {
+    /// Returns where times go back on any of several buses.
+    pub(super) fn of<'a>(buses: impl Iterator<Item = &'a Forward>) -> Option<TimesBack> {
+        buses.filter_map(Forward::times_back).reduce(|all, one| TimesBack {
+            unit: all.unit,
+            first: all.first.min(one.first),
+            count: all.count.saturating_add(one.count),
+        })
+    }
 }
 
 /// Keeps times from going back.

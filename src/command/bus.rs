@@ -389,8 +389,8 @@ fn read_input(
     let about = About::of(input);
     let progress = Progress::new(input.name(), input.size(), wanted.prints);
     let frames = session.frames();
-    // Packets say which bus they are of.
-    if input.facts().is_none() && input.format() != InputFormat::Pcap {
+    // Elsewhere the first item says which bus it is of.
+    if input.format() == InputFormat::Table {
         let line = about.begin(BUS, session, sink)?;
         input.use_line(line);
     }

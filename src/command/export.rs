@@ -60,7 +60,7 @@ fn write(args: &cli::Export, kind: ExportKind, secrets: Option<Arc<Secrets>>) ->
         output: Output::later(&args.output),
         begun: false,
         has_bytes: false,
-        is_hex: kind == ExportKind::Hex,
+        is_cut_hex: kind == ExportKind::Hex && args.filter.is_some(),
         derived: false,
     };
     let readings = !matches!(kind, ExportKind::Hex | ExportKind::Pcapng);
@@ -235,19 +235,23 @@ struct Exporter {
     begun: bool,
     /// Whether a byte was received that goes out.
     has_bytes: bool,
-    is_hex: bool,
+    /// Whether it is hex text of what passes a filter.
+    is_cut_hex: bool,
     derived: bool,
 }
 
 impl Sink for Exporter {
     fn begin(&mut self, origin: &Origin) -> Result<(), Failure> {
-        if self.is_hex && self.begun {
+        if self.is_cut_hex && self.begun {
             self.has_bytes = false;
             let hint = "export it to MCAP, CSV or JSON lines";
-            return Err(Failure::hinted("hex text holds one bus with one setting; this has more", hint));
+            let problem = "hex text of what passes a filter holds one bus with one setting; this has more";
+            return Err(Failure::hinted(problem, hint));
         }
         let out = &mut self.output.buffer;
-        if !self.begun {
+        if self.begun {
+            self.writer.change(origin, out);
+        } else {
             self.writer.heading(origin, out);
             self.begun = true;
         }
@@ -256,14 +260,8 @@ impl Sink for Exporter {
     }
 
     fn received(&mut self, item: &Item<'_>) -> Result<(), Failure> {
-        match item {
-            Item::Chunk { chunk, .. } => {
-                self.has_bytes = true;
-                self.writer.chunk(chunk, &mut self.output.buffer);
-            }
-            Item::Lost { lost, .. } => self.writer.lost(lost, &mut self.output.buffer),
-            Item::Line(_) | Item::Silence { .. } | Item::Clock { .. } | Item::Note { .. } => {}
-        }
+        self.has_bytes |= matches!(item, Item::Chunk { .. });
+        self.writer.received(item, &mut self.output.buffer);
         Ok(())
     }
 
