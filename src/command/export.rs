@@ -68,7 +68,8 @@ fn write(args: &cli::Export, kind: ExportKind, secrets: Option<Arc<Secrets>>) ->
     let wanted = Wanted { readings, findings, secrets, ..Wanted::default() };
     let result = bus::read(&args.bus, &profiles, wanted, &mut exporter, |_, _| {});
     // What was decoded before something went wrong is written where nothing stands yet.
-    let is_kept = result.is_ok() && exporter.begun || exporter.has_bytes && !args.output.is_file();
+    let is_worth_it = exporter.has_bytes && !args.output.is_file() && !exporter.output.is_broken();
+    let is_kept = result.is_ok() && exporter.begun || is_worth_it;
     if is_kept {
         exporter.writer.finish(&mut exporter.output)?;
         exporter.output.keep()?;

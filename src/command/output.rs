@@ -16,6 +16,8 @@ pub(super) struct Output {
     writer: Target,
     /// What has not been written yet; append to it, then call `drain`.
     pub(super) buffer: Vec<u8>,
+    /// Whether something is missing in what was written.
+    is_broken: bool,
 }
 
 /// Is what is written to.
@@ -30,7 +32,8 @@ enum Target {
 
 impl Output {
     fn new(name: &str, writer: Target) -> Self {
-        Output { name: name.to_owned(), writer, buffer: Vec::with_capacity(GATHER + GATHER / 4) }
+        let buffer = Vec::with_capacity(GATHER + GATHER / 4);
+        Output { name: name.to_owned(), writer, buffer, is_broken: false }
     }
 
     /// Returns standard output, for programs.
@@ -74,6 +77,11 @@ impl Output {
         Output::new(&name, target)
     }
 
+    /// Tells whether something could not be written.
+    pub(super) fn is_broken(&self) -> bool {
+        self.is_broken
+    }
+
     /// Gives the file its name, if it waits for that.
     pub(super) fn keep(mut self) -> Result<(), Failure> {
         self.flush()?;
@@ -112,6 +120,7 @@ impl Output {
             Target::Later { file, .. } => file.as_mut().map_or(Ok(()), |file| file.write_all(&self.buffer)),
         };
         self.buffer.clear();
+        self.is_broken |= result.is_err();
         result
     }
 }

@@ -399,3 +399,19 @@ fn a_recording_left_unfinished_is_not_written_over_by_its_own_export() {
     assert_eq!(std::fs::read(&part).expect("it is there"), sample[..60_000]);
     assert!(whole.exists());
 }
+
+#[cfg(target_os = "linux")]
+#[test]
+fn an_export_that_a_full_disk_cuts_leaves_no_file_with_a_hole() {
+    let (_directory, path) = temporary();
+    for name in ["a.mcap", "a.hex", "a.csv", "a.jsonl", "a.pcapng"] {
+        let output = path(name);
+        let unfinished = path(&format!("{name}.unfinished"));
+        std::os::unix::fs::symlink("/dev/full", unfinished).expect("a link");
+        rtutap(&["export", "captures/troubled.mcap", "-o", arg(&output)])
+            .assert()
+            .code(2)
+            .stderr(predicate::str::contains("No space left"));
+        assert!(!output.exists(), "{name}");
+    }
+}
