@@ -215,6 +215,13 @@ fn check(args: &cli::Export, kind: ExportKind) -> Result<(), Failure> {
         let hint = "export each input to a file of its own";
         return Err(Failure::hinted("hex text and MCAP hold one recording", hint));
     }
+    let on_the_way = unfinished(&args.output);
+    if args.bus.inputs.iter().any(|input| is_same(input, &on_the_way)) {
+        let hint = "name another file with -o; the input is kept";
+        let problem =
+            format!("'{}' is an input, and what '{name}' is called until it is whole", on_the_way.display());
+        return Err(Failure::hinted(problem, hint));
+    }
     if args.bus.inputs.iter().any(|input| is_same(input, &args.output)) {
         let hint = "name another file; the recording is kept";
         return Err(Failure::hinted(format!("--output '{name}' is an input as well"), hint));

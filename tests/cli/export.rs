@@ -415,3 +415,18 @@ fn an_export_that_a_full_disk_cuts_leaves_no_file_with_a_hole() {
         assert!(!output.exists(), "{name}");
     }
 }
+
+#[test]
+fn an_input_is_not_taken_for_the_file_on_its_way() {
+    let (_directory, path) = temporary();
+    let sample = std::fs::read("captures/good-master.mcap").expect("a sample");
+    for (command, suffix) in [("export", "unfinished"), ("recover", "recovered")] {
+        let input = path(&format!("a.mcap.{suffix}"));
+        std::fs::write(&input, &sample).expect("a disk that works");
+        rtutap(&[command, arg(&input), "-o", arg(&path("a.mcap"))])
+            .assert()
+            .code(2)
+            .stderr(predicate::str::contains("until it is whole"));
+        assert_eq!(std::fs::read(&input).expect("it is there"), sample);
+    }
+}

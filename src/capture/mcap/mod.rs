@@ -39,7 +39,7 @@ pub use messages::{Cause, Damage};
 pub use options::{Options, RecordError, part_path};
 pub use recorder::{BusId, ChannelId, Recorder};
 pub use recording::{Facts, Place, Preface, Recording, Session};
-pub use salvage::{RecoverError, Recovered, recover};
+pub use salvage::{RECOVERING, RecoverError, Recovered, recover};
 pub use schema::Schema;
 pub use time::Anchor;
 

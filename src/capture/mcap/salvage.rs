@@ -22,7 +22,7 @@ use super::unpack::MessageHead;
 use super::{ENCODING, END_METADATA, RECOVERED};
 
 /// What the file is called until it is finished; not '.part', for that may be what is mended.
-const SUFFIX: &str = ".recovered";
+pub const RECOVERING: &str = ".recovered";
 
 /// Says what was saved.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -71,7 +71,7 @@ pub fn recover(mut file: File, output: &Path) -> Result<Recovered, RecoverError>
         messages.learn(schema, channel.clone());
         state.channel(&channel, &messages.schemas);
     }
-    let part = Part::create(output, SUFFIX, false).map_err(RecoverError::Write)?;
+    let part = Part::create(output, RECOVERING, false).map_err(RecoverError::Write)?;
     let temporary = part.temporary().to_owned();
     let copy = Copy {
         part,
