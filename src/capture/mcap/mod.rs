@@ -9,6 +9,9 @@
 //! The messages are in `recording.proto`. `/<bus>/raw` is the source of truth; every other channel can be made anew
 //! from it. Knows bytes and times, no Modbus.
 //!
+//! What the channels are stands in the chunk that is the first to use them, in an attachment behind it, and in the
+//! index at the end.
+//!
 //! Where the bytes of a bus skip some, the recording says why: a message of its own with the number tells of bytes
 //! that the UART (`overrun`) or this program (`queue`) had no room for, one without a number that the source was
 //! gone, or that a UART that cannot count may have lost some; bytes that skip without a message are what the disk did
