@@ -37,7 +37,7 @@ fn line(text: &str) -> Option<LineSettings> {
     rest[..end].parse().ok()
 }
 
-fn adapter_hold(text: &str) -> Option<i64> {
+pub(super) fn adapter_hold(text: &str) -> Option<i64> {
     let ms: f64 = text.strip_prefix("adapter-hold ")?.strip_suffix("ms")?.trim().parse().ok()?;
     // As much as `--adapter-hold` takes.
     (0.0..=10_000.0).contains(&ms).then(|| (ms * MILLISECOND as f64).round() as i64)

@@ -51,6 +51,16 @@ pub enum InputError {
         /// The first place that cannot be read.
         damage: Damage,
     },
+    /// It is a recording in MCAP whose messages can be read, but not what they are.
+    #[error(
+        "'{name}' has {messages} messages of channels whose definition is lost, and no byte of a bus besides"
+    )]
+    Undefined {
+        /// The input's name.
+        name: String,
+        /// How many there are.
+        messages: u64,
+    },
     /// It is hex text with something in it that is not.
     #[error("'{name}', {error}")]
     Hex {
@@ -84,7 +94,9 @@ impl InputError {
             InputError::CutShort(_) => "nothing was received before it ended, or what was is lost",
             InputError::Empty(_) => "check that the recording was written; comments and times alone are none",
             InputError::Silent(_) => "nothing was received while it was made, or what was is lost",
-            InputError::Lost { .. } => "look for another copy; 'rtutap recover' finds no more than this",
+            InputError::Lost { .. } | InputError::Undefined { .. } => {
+                "look for another copy; 'rtutap recover' finds no more than this"
+            }
             InputError::Hex { error, .. } => error.hint(),
             InputError::Malformed { error, .. } => error.hint,
         }

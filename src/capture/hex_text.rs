@@ -2,16 +2,21 @@
 //!
 //! ```text
 //! # line 9600-8N1
+//! # bus 'pump'
 //! 2026-01-01T00:00:00.123456789Z > 01 03 26 00 00 04 4f 41   # a comment
 //! [1767225600.141] rx 0x01,0x03,0x08 …
 //! ```
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::io::Read;
 
+use super::BUS;
 use super::directive::Directives;
+use super::hex_bus;
 use super::hex_comment;
 use super::instant;
+use super::mcap::BusSettings;
 use super::reader::{Failure, Forward, ReadChunks, TimesBack};
 use super::window::Window;
 use crate::decode::chunk::{Chunk, LineError, Lost, ReadTime};
@@ -111,8 +116,15 @@ pub(super) struct HexText<R> {
     bytes: Vec<u8>,
     line_errors: Vec<LineError>,
     lost: Option<Lost>,
+    silence: Option<Timestamp>,
+    /// The bus of the lines below the last comment that named one.
+    bus: String,
+    /// What that comment says of its line.
+    settings: Option<BusSettings>,
     time: ReadTime,
     forward: Forward,
+    /// Those of the other buses.
+    others: BTreeMap<String, Forward>,
     directives: Directives,
     begun: bool,
 }
@@ -134,8 +146,12 @@ impl<R: Read> HexText<R> {
             bytes: Vec::new(),
             line_errors: Vec::new(),
             lost: None,
+            silence: None,
+            bus: BUS.to_owned(),
+            settings: None,
             time: ReadTime::Unknown,
             forward: Forward::new("line"),
+            others: BTreeMap::new(),
             directives: Directives::default(),
             begun: false,
         }
@@ -143,7 +159,11 @@ impl<R: Read> HexText<R> {
 
     /// Tells whether the line has something to hand out.
     fn has_item(&self) -> bool {
-        !self.bytes.is_empty() || !self.line_errors.is_empty() || self.lost.is_some()
+        !self.bytes.is_empty()
+            || !self.line_errors.is_empty()
+            || self.lost.is_some()
+            || self.silence.is_some()
+            || self.settings.is_some()
     }
 
     /// Reads a line or a piece of one into `bytes` and `time`.
@@ -176,7 +196,17 @@ impl<R: Read> HexText<R> {
             let errors = hex_comment::line_errors(comment).unwrap_or_default();
             let last = self.bytes.len();
             self.line_errors.extend(errors.into_iter().filter(|error| error.offset as usize <= last));
-            self.lost = hex_comment::lost(comment).filter(|_| self.bytes.is_empty());
+            if self.bytes.is_empty() {
+                self.lost = hex_comment::lost(comment);
+                self.silence = hex_bus::silence(comment);
+                if let Some((bus, settings)) = hex_bus::bus(comment) {
+                    self.settings = settings;
+                    // Times go forward on each bus.
+                    let forward = self.others.remove(&bus).unwrap_or_else(|| Forward::new("line"));
+                    let before = std::mem::replace(&mut self.bus, bus);
+                    self.others.insert(before, std::mem::replace(&mut self.forward, forward));
+                }
+            }
         }
         let read = at + body.read;
         if let (ReadTime::At(time), true, 0) = (self.time, self.has_item(), state.column) {
@@ -200,7 +230,7 @@ impl<R: Read> ReadChunks for HexText<R> {
     fn advance(&mut self) -> Result<bool, Failure> {
         self.bytes.clear();
         self.line_errors.clear();
-        self.lost = None;
+        (self.lost, self.silence, self.settings) = (None, None, None);
         while !self.has_item() {
             let (length, is_whole) = match self.window.line()? {
                 Some(piece) => piece,
@@ -215,6 +245,18 @@ impl<R: Read> ReadChunks for HexText<R> {
 
     fn chunk(&self) -> Chunk<'_> {
         Chunk { time: self.time, bytes: &self.bytes, line_errors: &self.line_errors }
+    }
+
+    fn bus(&self) -> &str {
+        &self.bus
+    }
+
+    fn settings(&self) -> Option<&BusSettings> {
+        self.settings.as_ref()
+    }
+
+    fn silence(&self) -> Option<Timestamp> {
+        self.silence
     }
 
     fn lost(&self) -> Option<Lost> {
@@ -238,7 +280,7 @@ impl<R: Read> ReadChunks for HexText<R> {
     }
 
     fn times_back(&self) -> Option<TimesBack> {
-        self.forward.times_back()
+        TimesBack::of([&self.forward].into_iter().chain(self.others.values()))
     }
 }
 

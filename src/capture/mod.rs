@@ -4,6 +4,7 @@
 
 mod directive;
 mod error;
+mod hex_bus;
 mod hex_comment;
 mod hex_line;
 mod hex_text;
@@ -26,6 +27,7 @@ use crate::decode::chunk::{Chunk, Lost};
 use crate::line::LineSettings;
 use crate::time::Timestamp;
 pub use error::InputError;
+pub use hex_bus::{hex_bus, hex_silence};
 pub use hex_comment::hex_lost;
 pub use hex_line::{hex_heading, hex_line};
 pub use hex_text::HexError;
@@ -112,7 +114,7 @@ impl<'a> Item<'a> {
 
 /// Is what reads an input.
 enum Reader {
-    /// A format that holds the bytes of one bus, and nothing else.
+    /// A format that holds bytes, and little else.
     Plain(Box<dyn ReadChunks + Send>),
     Mcap(Box<Recording>),
 }
@@ -268,6 +270,9 @@ impl Input {
             return foreign;
         }
         match self.facts() {
+            Some(facts) if facts.undefined_messages > 0 => {
+                InputError::Undefined { name, messages: facts.undefined_messages }
+            }
             Some(facts) if facts.ends_early() => InputError::CutShort(name),
             Some(Facts { damage, .. }) if !damage.is_empty() => InputError::Lost { name, damage: damage[0] },
             Some(_) => InputError::Silent(name),
@@ -324,10 +329,17 @@ impl Input {
     /// Returns the item gone on to.
     pub fn item(&self) -> Item<'_> {
         match &self.reader {
-            Reader::Plain(reader) => match reader.lost() {
-                Some(lost) => Item::Lost { bus: BUS, lost },
-                None => Item::Chunk { bus: BUS, chunk: reader.chunk(), ready: None },
-            },
+            Reader::Plain(reader) => {
+                let bus = reader.bus();
+                if let Some(settings) = reader.settings() {
+                    return Item::Line(settings);
+                }
+                match (reader.lost(), reader.silence()) {
+                    (Some(lost), _) => Item::Lost { bus, lost },
+                    (None, Some(until)) => Item::Silence { bus, until },
+                    (None, None) => Item::Chunk { bus, chunk: reader.chunk(), ready: None },
+                }
+            }
             Reader::Mcap(recording) => recording.item(),
         }
     }

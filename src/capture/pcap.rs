@@ -10,11 +10,14 @@ use pcap_parser::pcapng::{EnhancedPacketBlock, InterfaceDescriptionBlock, Simple
 use pcap_parser::traits::PcapNGPacketBlock;
 use pcap_parser::{Block, LegacyPcapBlock, PcapHeader};
 
+use super::BUS;
 use super::instant::OUT_OF_RANGE;
+use super::mcap::BusSettings;
 use super::reader::{Failure, Forward, Malformed, ReadChunks, TimesBack};
 use super::rtac;
 use super::window::Window;
 use crate::decode::chunk::{Chunk, LineError, LineErrorKind, ReadTime};
+use crate::line::LineSettings;
 use crate::time::{SECOND, Timestamp};
 
 /// How much of a file is held at once: the largest block that can be read, in bytes.
@@ -47,7 +50,7 @@ pub(super) fn is_pcap(prefix: &[u8]) -> bool {
 pub(super) struct Pcap<R> {
     window: Window<R>,
     format: Format,
-    bus: Bus,
+    bus: Buses,
     cut: Option<Malformed>,
 }
 
@@ -60,7 +63,7 @@ enum Format {
 
 impl<R: Read> Pcap<R> {
     pub(super) fn new(source: R) -> Self {
-        Pcap { window: Window::new(source, WINDOW), format: Format::NotSeen, bus: Bus::new(), cut: None }
+        Pcap { window: Window::new(source, WINDOW), format: Format::NotSeen, bus: Buses::new(), cut: None }
     }
 
     /// Reads a block; tells whether there was one.
@@ -117,6 +120,9 @@ impl<R: Read> Pcap<R> {
 impl<R: Read> ReadChunks for Pcap<R> {
     /// Goes on to the next packet with bytes of the bus.
     fn advance(&mut self) -> Result<bool, Failure> {
+        if std::mem::take(&mut self.bus.says_settings) {
+            return Ok(true); // the packet they stand before is there
+        }
         self.bus.bytes.clear();
         while self.bus.bytes.is_empty() {
             if !self.block()? {
@@ -124,6 +130,14 @@ impl<R: Read> ReadChunks for Pcap<R> {
             }
         }
         Ok(true)
+    }
+
+    fn bus(&self) -> &str {
+        self.bus.buses.get(self.bus.at).map_or(BUS, |(name, _)| name)
+    }
+
+    fn settings(&self) -> Option<&BusSettings> {
+        self.bus.settings.as_ref().filter(|_| self.bus.says_settings)
     }
 
     fn chunk(&self) -> Chunk<'_> {
@@ -139,7 +153,7 @@ impl<R: Read> ReadChunks for Pcap<R> {
     }
 
     fn times_back(&self) -> Option<TimesBack> {
-        self.bus.forward.times_back()
+        TimesBack::of(self.bus.buses.iter().map(|(_, forward)| forward))
     }
 
     fn cut(&self) -> Option<&Malformed> {
@@ -188,8 +202,11 @@ fn parse<'a>(format: &Format, data: &'a [u8]) -> Parsed<'a> {
 }
 
 /// Is an interface of a section: how its packets look, and how they count time.
-#[derive(Clone, Copy)]
 struct Interface {
+    /// Which of the buses it is.
+    bus: usize,
+    /// What it says of its line, until that is told.
+    line: Option<LineSettings>,
     link_type: i32,
     /// The longest packet that is kept, in bytes; 0 for any.
     snap_length: u32,
@@ -197,43 +214,47 @@ struct Interface {
     resolution: u8,
     /// What is added to times, in seconds (pcapng, `if_tsoffset`).
     offset: i64,
+    /// What happened before the next byte.
+    pending: Vec<LineErrorKind>,
 }
 
 type Wrong = (String, &'static str);
 
-/// Gathers the packets of the one interface that is the bus.
-struct Bus {
+/// Gathers packets, each of the bus that its interface is.
+struct Buses {
     interfaces: Vec<Interface>,
-    /// The interface whose packets came first.
-    chosen: Option<u32>,
+    /// By name, over all sections; times go forward in each.
+    buses: Vec<(String, Forward)>,
+    /// The bus of the latest packet.
+    at: usize,
+    /// What its interface says, when that is new.
+    settings: Option<BusSettings>,
+    says_settings: bool,
     /// Counts packets from 1.
     packet: u64,
     time: ReadTime,
     bytes: Vec<u8>,
     errors: Vec<LineError>,
-    /// What happened before the next byte.
-    pending: Vec<LineErrorKind>,
-    forward: Forward,
 }
 
-impl Bus {
+impl Buses {
     fn new() -> Self {
-        Bus {
+        Buses {
             interfaces: Vec::new(),
-            chosen: None,
+            buses: Vec::new(),
+            at: 0,
+            settings: None,
+            says_settings: false,
             packet: 0,
             time: ReadTime::Unknown,
             bytes: Vec::new(),
             errors: Vec::new(),
-            pending: Vec::new(),
-            forward: Forward::new("packet"),
         }
     }
 
     /// Begins a section: interfaces are counted anew.
     fn section(&mut self) {
         self.interfaces.clear();
-        self.chosen = None;
     }
 
     fn take(&mut self, format: &Format, item: &Item<'_>) -> Result<(), Wrong> {
@@ -254,69 +275,100 @@ impl Bus {
         }
         // pcap-parser reads the offset as little-endian always.
         let offset = block.if_tsoffset().and_then(Result::ok).unwrap_or(0);
-        self.interfaces.push(Interface {
+        let name = block.if_name().and_then(Result::ok).unwrap_or_default();
+        // A name is part of topics; of a device's path its end says which.
+        let name = name.rsplit('/').next().map(str::trim).filter(|name| !name.is_empty());
+        let name = name.map_or_else(|| format!("bus{}", self.interfaces.len()), str::to_owned);
+        let line = block.if_description().and_then(Result::ok).and_then(|said| said.parse().ok());
+        let interface = Interface {
+            bus: self.bus(name),
+            line,
+            pending: Vec::new(),
             link_type: block.linktype.0,
             snap_length: block.snaplen,
             resolution: block.if_tsresol().and_then(Result::ok).unwrap_or(6),
             offset: if big_endian { offset.swap_bytes() } else { offset },
-        });
+        };
+        self.interfaces.push(interface);
         Ok(())
+    }
+
+    /// Returns the place of a bus, which is new when it is not known.
+    fn bus(&mut self, name: String) -> usize {
+        self.buses.iter().position(|(known, _)| *known == name).unwrap_or_else(|| {
+            self.buses.push((name, Forward::new("packet")));
+            self.buses.len() - 1
+        })
+    }
+
+    /// Returns the time of the packet, or that of the one before on its bus where it goes back.
+    fn forward(&mut self, bus: usize, time: Timestamp) -> ReadTime {
+        let packet = self.packet;
+        let forward = self.buses.get_mut(bus).map(|(_, forward)| forward.forward(time, packet));
+        ReadTime::At(forward.unwrap_or(time))
     }
 
     fn legacy(&mut self, header: &PcapHeader, packet: &LegacyPcapBlock<'_>) -> Result<(), Wrong> {
         self.packet += 1;
         let unit = if header.is_nanosecond_precision() { 1 } else { 1000 };
         let ns = i64::from(packet.ts_sec) * SECOND + i64::from(packet.ts_usec) * unit;
-        let time = ReadTime::At(self.forward.forward(Timestamp::from_ns(ns), self.packet));
-        // The upper bits say how long a frame check sequence is (tcpdump.org, pcap file format).
+        if self.interfaces.is_empty() {
+            // The format knows one interface, without a name. The upper bits say how long a frame check sequence is
+            // (tcpdump.org, pcap file format).
+            let bus = self.bus(BUS.to_owned());
+            let (link_type, pending) = (header.network.0 & 0xFFFF, Vec::new());
+            let (line, snap_length, resolution, offset) = (None, 0, 9, 0);
+            self.interfaces.push(Interface {
+                bus,
+                line,
+                link_type,
+                snap_length,
+                resolution,
+                offset,
+                pending,
+            });
+        }
+        let time = self.forward(self.interfaces[0].bus, Timestamp::from_ns(ns));
         let captured = packet.data.get(..packet.caplen as usize).unwrap_or(packet.data);
-        self.packet(time, header.network.0 & 0xFFFF, captured, packet.origlen)
+        self.packet(time, 0, captured, packet.origlen)
     }
 
     fn enhanced(&mut self, packet: &EnhancedPacketBlock<'_>) -> Result<(), Wrong> {
         self.packet += 1;
-        let interface = self.choose(packet.if_id)?;
+        let interface = self.interface_of(packet.if_id)?;
+        let bus = interface.bus;
         let units = u64::from(packet.ts_high) << 32 | u64::from(packet.ts_low);
         let time = time(units, interface).ok_or((OUT_OF_RANGE.to_owned(), CHECK))?;
-        let time = ReadTime::At(self.forward.forward(time, self.packet));
-        self.packet(time, interface.link_type, packet.packet_data(), packet.origlen)
+        let time = self.forward(bus, time);
+        self.packet(time, packet.if_id as usize, packet.packet_data(), packet.origlen)
     }
 
     fn simple(&mut self, packet: &SimplePacketBlock<'_>) -> Result<(), Wrong> {
         self.packet += 1;
-        let interface = self.choose(0)?;
+        let interface = self.interface_of(0)?;
         let most = if interface.snap_length == 0 { u32::MAX } else { interface.snap_length };
         let data = packet.packet_data();
         let data = data.get(..most as usize).unwrap_or(data);
-        self.packet(ReadTime::UnknownAfterSilence, interface.link_type, data, packet.origlen)
+        self.packet(ReadTime::UnknownAfterSilence, 0, data, packet.origlen)
     }
 
-    /// Returns the interface of a packet; a bus is one interface.
-    fn choose(&mut self, id: u32) -> Result<Interface, Wrong> {
-        let Some(interface) = self.interfaces.get(id as usize) else {
-            return Err((format!("it is of interface {id}, which is not described before"), CHECK));
-        };
-        match *self.chosen.get_or_insert(id) {
-            chosen if chosen == id => Ok(*interface),
-            chosen => Err((
-                format!(
-                    "it is of interface {id}, those before are of interface {chosen}; a bus is one interface"
-                ),
-                "keep one of them: tshark -r IN -Y 'frame.interface_id == 0' -w OUT",
-            )),
-        }
+    /// Returns the interface of a packet.
+    fn interface_of(&self, id: u32) -> Result<&Interface, Wrong> {
+        let interface = self.interfaces.get(id as usize);
+        interface.ok_or_else(|| (format!("it is of interface {id}, which is not described before"), CHECK))
     }
 
     /// Takes the bytes of a packet, of which the capture holds `data`.
-    fn packet(&mut self, time: ReadTime, link_type: i32, data: &[u8], length: u32) -> Result<(), Wrong> {
-        let bytes = match link_type {
+    fn packet(&mut self, time: ReadTime, interface: usize, data: &[u8], length: u32) -> Result<(), Wrong> {
+        let interface = &mut self.interfaces[interface]; // it was looked up before
+        let bytes = match interface.link_type {
             rtac::LINK_TYPE => {
                 let Some((event, bytes)) = rtac::split(data) else {
                     let problem = format!("{} bytes hold no RTAC header, which has 12", data.len());
                     return Err((problem, CHECK));
                 };
                 if let Some(kind) = rtac::line_error(event) {
-                    note(&mut self.pending, kind);
+                    note(&mut interface.pending, kind);
                 }
                 bytes
             }
@@ -327,10 +379,16 @@ impl Bus {
             self.time = time;
             self.bytes.extend_from_slice(bytes);
             self.errors.clear();
-            self.errors.extend(self.pending.drain(..).map(|kind| LineError { offset: 0, kind }));
+            self.errors.extend(interface.pending.drain(..).map(|kind| LineError { offset: 0, kind }));
+            self.at = interface.bus;
+            if let Some(line) = interface.line.take() {
+                let name = self.buses.get(self.at).map_or_else(String::new, |(name, _)| name.clone());
+                self.settings = Some(BusSettings { name, line, ..BusSettings::default() });
+                self.says_settings = true;
+            }
         }
         if data.len() < length as usize {
-            note(&mut self.pending, LineErrorKind::Overrun);
+            note(&mut interface.pending, LineErrorKind::Overrun);
         }
         Ok(())
     }
@@ -344,7 +402,7 @@ fn note(pending: &mut Vec<LineErrorKind>, kind: LineErrorKind) {
 }
 
 /// Converts a time of an interface, exact but for what is finer than a nanosecond.
-fn time(units: u64, interface: Interface) -> Option<Timestamp> {
+fn time(units: u64, interface: &Interface) -> Option<Timestamp> {
     let exponent = u32::from(interface.resolution & 0x7F);
     let base: u128 = if interface.resolution & 0x80 == 0 { 10 } else { 2 };
     // What a power of ten beyond 128 bits divides is less than a nanosecond.

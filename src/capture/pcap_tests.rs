@@ -245,11 +245,6 @@ fn what_cannot_be_understood_is_named_with_its_place() {
             1,
             format!("byte {place}: packet 2: it is of interface 1, which"),
         ),
-        (
-            [then(LITTLE.interface(147, None, None)), LITTLE.packet(1, 1, FRAME, 8)].concat(),
-            1,
-            "packet 2: it is of interface 1, those before are of interface 0".to_owned(),
-        ),
         (with(1, FRAME), 0, "packet 1: link type 1 is no serial line".to_owned()),
         (with(250, &[0; 11]), 0, "packet 1: 11 bytes hold no RTAC header".to_owned()),
         (LITTLE.legacy(0xA1B2_C3D4, 1, &[(1, 1, FRAME)]), 0, "link type 1".to_owned()),
@@ -312,4 +307,20 @@ proptest! {
         let (chunks, _) = read(&file);
         prop_assert!(chunks.len() <= 2);
     }
+}
+
+#[test]
+fn interfaces_without_a_name_are_numbered_buses_each_with_times_of_its_own() {
+    let interface = LITTLE.interface(147, None, None);
+    let packets =
+        [LITTLE.packet(1, 5, FRAME, 8), LITTLE.packet(0, 3, FRAME, 8), LITTLE.packet(1, 4, FRAME, 8)];
+    let file = [LITTLE.section(), interface.clone(), interface, packets.concat()].concat();
+    let mut reader = Pcap::new(&file[..]);
+    let mut found = Vec::new();
+    while reader.advance().expect("a capture") {
+        found.push((reader.bus().to_owned(), reader.chunk().time));
+    }
+    let expected = [("bus1", 5_000), ("bus0", 3_000), ("bus1", 5_000)];
+    assert_eq!(found, expected.map(|(bus, ns)| (bus.to_owned(), at(ns))));
+    assert_eq!(reader.times_back().map(|back| (back.first, back.count)), Some((3, 1)));
 }

@@ -4,6 +4,7 @@ use std::fmt;
 use std::io;
 
 use super::HexError;
+use super::mcap::BusSettings;
 use crate::decode::chunk::{Chunk, Lost};
 use crate::line::LineSettings;
 use crate::time::Timestamp;
@@ -15,6 +16,21 @@ pub(super) trait ReadChunks {
 
     /// Returns the chunk that `advance` went on to.
     fn chunk(&self) -> Chunk<'_>;
+
+    /// Returns the bus that it is of.
+    fn bus(&self) -> &str {
+        super::BUS
+    }
+
+    /// Returns the settings of a bus, where `advance` went on to those instead of a chunk.
+    fn settings(&self) -> Option<&BusSettings> {
+        None
+    }
+
+    /// Returns until when nothing was received, where `advance` went on to that instead of a chunk.
+    fn silence(&self) -> Option<Timestamp> {
+        None
+    }
 
     /// Returns what was lost, where `advance` went on to that instead of a chunk.
     fn lost(&self) -> Option<Lost> {
@@ -93,6 +109,17 @@ pub struct TimesBack {
     pub first: u64,
     /// How many do.
     pub count: u64,
+}
+
+impl TimesBack {
+    /// Returns where times go back on any of several buses.
+    pub(super) fn of<'a>(buses: impl Iterator<Item = &'a Forward>) -> Option<TimesBack> {
+        buses.filter_map(Forward::times_back).reduce(|all, one| TimesBack {
+            unit: all.unit,
+            first: all.first.min(one.first),
+            count: all.count.saturating_add(one.count),
+        })
+    }
 }
 
 /// Keeps times from going back.

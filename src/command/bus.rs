@@ -412,7 +412,8 @@ fn read_input(
     let about = About::of(input);
     let progress = Progress::new(input.name(), input.size(), wanted.prints);
     let frames = session.frames();
-    if input.facts().is_none() {
+    // Elsewhere the first item says which bus it is of.
+    if input.format() == InputFormat::Table {
         let line = about.begin(BUS, session, sink)?;
         input.use_line(line);
     }
@@ -498,6 +499,21 @@ pub(super) fn say_damage(name: &str, facts: &Facts) {
         message::warning(format_args!(
             "'{name}' cannot be read in {count} {places}, {bytes} bytes, first at byte {offset}: {}",
             first.cause
+        ));
+    }
+    if !facts.guessed_buses.is_empty() {
+        message::warning(format_args!(
+            "'{name}': the definition of a channel is lost; its messages can only be bytes of a bus, taken for those of {}",
+            facts.guessed_buses.join(", ")
+        ));
+    }
+    if facts.undefined_messages > 0 {
+        message::warning(format_args!(
+            "'{name}': {} can be read, but the definition of the channel is lost",
+            match facts.undefined_messages {
+                1 => "a message".to_owned(),
+                count => format!("{count} messages"),
+            }
         ));
     }
     if facts.lost_bytes > 0 {

@@ -11,7 +11,8 @@ use std::time::UNIX_EPOCH;
 
 use super::bus::{self, Wanted};
 use super::failure::Failure;
-use super::output::Output;
+use super::message;
+use super::output::{Output, unfinished};
 use super::printing::{judge, say_none};
 use super::scribe::Scribe;
 use super::session::{Origin, Sink};
@@ -59,16 +60,21 @@ fn write(args: &cli::Export, kind: ExportKind, secrets: Option<Arc<Secrets>>) ->
         output: Output::later(&args.output),
         begun: false,
         has_bytes: false,
-        is_hex: kind == ExportKind::Hex,
+        is_cut_hex: kind == ExportKind::Hex && args.filter.is_some(),
         derived: false,
     };
     let readings = !matches!(kind, ExportKind::Hex | ExportKind::Pcapng);
     let findings = args.filter.is_some();
     let wanted = Wanted { readings, findings, secrets, ..Wanted::default() };
     let result = bus::read(&args.bus, &profiles, wanted, &mut exporter, |_, _| {});
-    if result.is_ok() && exporter.begun || exporter.has_bytes {
-        // What was decoded before something went wrong is written first.
+    // What was decoded before something went wrong is written where nothing stands yet.
+    let is_worth_it = exporter.has_bytes && !args.output.is_file() && !exporter.output.is_broken();
+    let is_kept = result.is_ok() && exporter.begun || is_worth_it;
+    if is_kept {
         exporter.writer.finish(&mut exporter.output)?;
+        exporter.output.keep()?;
+    } else {
+        say_untouched(&args.output);
     }
     if result.is_ok() {
         say_none(exporter.writer.none_of());
@@ -106,17 +112,31 @@ fn write_mcap(
     }
     let wanted =
         Wanted { readings: true, findings: true, secrets, raw_only: args.raw_only, ..Wanted::default() };
-    let result = bus::read(&args.bus, profiles, wanted, &mut scribe, |_, _| {});
+    let mut result = bus::read(&args.bus, profiles, wanted, &mut scribe, |_, _| {});
     for mark in &args.marks {
-        scribe.received(&Item::Note { time: Some(*mark), text: "mark" })?;
+        let note = Item::Note { time: Some(*mark), text: "mark" };
+        result = result.and_then(|()| scribe.received(&note));
     }
-    if scribe.has_begun() {
+    // What was read before something went wrong is written where nothing stands yet.
+    if scribe.has_begun() && (result.is_ok() || !args.output.exists()) {
         say_none(scribe.none_of().filter(|_| result.is_ok()));
-        scribe.finish()?;
+        result = result.and(scribe.finish().map(drop));
     } else {
         scribe.abandon();
+        say_untouched(&args.output);
+    }
+    if result.is_err() {
+        // It is there where writing to it failed.
+        let _ = std::fs::remove_file(unfinished(&args.output));
     }
     result
+}
+
+/// Says that a file is still the one that stood there.
+fn say_untouched(output: &Path) {
+    if output.is_file() {
+        message::note(format_args!("'{}' is left as it was", output.display()));
+    }
 }
 
 /// Returns what to ask for, where a screen asks.
@@ -195,6 +215,13 @@ fn check(args: &cli::Export, kind: ExportKind) -> Result<(), Failure> {
         let hint = "export each input to a file of its own";
         return Err(Failure::hinted("hex text and MCAP hold one recording", hint));
     }
+    let on_the_way = unfinished(&args.output);
+    if args.bus.inputs.iter().any(|input| is_same(input, &on_the_way)) {
+        let hint = "name another file with -o; the input is kept";
+        let problem =
+            format!("'{}' is an input, and what '{name}' is called until it is whole", on_the_way.display());
+        return Err(Failure::hinted(problem, hint));
+    }
     if args.bus.inputs.iter().any(|input| is_same(input, &args.output)) {
         let hint = "name another file; the recording is kept";
         return Err(Failure::hinted(format!("--output '{name}' is an input as well"), hint));
@@ -214,21 +241,25 @@ struct Exporter {
     output: Output,
     /// Whether an input could be opened.
     begun: bool,
-    /// Whether a byte was received that goes out: what is written then replaces what stood there, whatever follows.
+    /// Whether a byte was received that goes out.
     has_bytes: bool,
-    is_hex: bool,
+    /// Whether it is hex text of what passes a filter.
+    is_cut_hex: bool,
     derived: bool,
 }
 
 impl Sink for Exporter {
     fn begin(&mut self, origin: &Origin) -> Result<(), Failure> {
-        if self.is_hex && self.begun {
+        if self.is_cut_hex && self.begun {
             self.has_bytes = false;
             let hint = "export it to MCAP, CSV or JSON lines";
-            return Err(Failure::hinted("hex text holds one bus with one setting; this has more", hint));
+            let problem = "hex text of what passes a filter holds one bus with one setting; this has more";
+            return Err(Failure::hinted(problem, hint));
         }
         let out = &mut self.output.buffer;
-        if !self.begun {
+        if self.begun {
+            self.writer.change(origin, out);
+        } else {
             self.writer.heading(origin, out);
             self.begun = true;
         }
@@ -237,14 +268,8 @@ impl Sink for Exporter {
     }
 
     fn received(&mut self, item: &Item<'_>) -> Result<(), Failure> {
-        match item {
-            Item::Chunk { chunk, .. } => {
-                self.has_bytes = true;
-                self.writer.chunk(chunk, &mut self.output.buffer);
-            }
-            Item::Lost { lost, .. } => self.writer.lost(lost, &mut self.output.buffer),
-            Item::Line(_) | Item::Silence { .. } | Item::Clock { .. } | Item::Note { .. } => {}
-        }
+        self.has_bytes |= matches!(item, Item::Chunk { .. });
+        self.writer.received(item, &mut self.output.buffer);
         Ok(())
     }
 

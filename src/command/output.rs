@@ -5,6 +5,7 @@ use std::io::{self, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
 use super::failure::Failure;
+use crate::capture::mcap::UNFINISHED;
 
 /// How much is gathered before it is written, in bytes.
 pub(super) const GATHER: usize = 64 * 1024;
@@ -15,18 +16,24 @@ pub(super) struct Output {
     writer: Target,
     /// What has not been written yet; append to it, then call `drain`.
     pub(super) buffer: Vec<u8>,
+    /// Whether something is missing in what was written.
+    is_broken: bool,
 }
 
 /// Is what is written to.
 enum Target {
     Open(Box<dyn Write + Send>),
-    /// A file that is created once there is something to write.
-    Later(PathBuf),
+    /// A file that is created once there is something to write, under a name of its own until all is.
+    Later {
+        path: PathBuf,
+        file: Option<File>,
+    },
 }
 
 impl Output {
     fn new(name: &str, writer: Target) -> Self {
-        Output { name: name.to_owned(), writer, buffer: Vec::with_capacity(GATHER + GATHER / 4) }
+        let buffer = Vec::with_capacity(GATHER + GATHER / 4);
+        Output { name: name.to_owned(), writer, buffer, is_broken: false }
     }
 
     /// Returns standard output, for programs.
@@ -56,14 +63,33 @@ impl Output {
         Ok(Output::new(&name, Target::Open(file)))
     }
 
-    /// Returns a file that is created when it is flushed first, or standard output for `-`.
+    /// Returns a file that takes its name when it is kept, or standard output for `-`.
     ///
-    /// Until then what stands there already is safe: the input may turn out to be none.
+    /// Until then what stands there already is safe, whatever goes wrong; devices and pipes are written to at once.
     pub(super) fn later(path: &Path) -> Self {
         if path.as_os_str() == "-" {
             return Output::stdout();
         }
-        Output::new(&path.display().to_string(), Target::Later(path.to_owned()))
+        let name = path.display().to_string();
+        // A link stays one.
+        let path = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+        let target = Target::Later { path, file: None };
+        Output::new(&name, target)
+    }
+
+    /// Tells whether something could not be written.
+    pub(super) fn is_broken(&self) -> bool {
+        self.is_broken
+    }
+
+    /// Gives the file its name, if it waits for that.
+    pub(super) fn keep(mut self) -> Result<(), Failure> {
+        self.flush()?;
+        if let Target::Later { path, file: Some(_) } = &self.writer {
+            let kept = std::fs::rename(unfinished(path), path);
+            kept.map_err(|error| self.failed(&error))?;
+        }
+        Ok(())
     }
 
     /// Writes what has been gathered, if it is enough.
@@ -82,18 +108,48 @@ impl Output {
     }
 
     fn write_out(&mut self) -> io::Result<()> {
-        if let Target::Later(path) = &self.writer {
-            self.writer = Target::Open(create(path)?);
+        if let Target::Later { path, file: None } = &self.writer {
+            let is_special = path.metadata().is_ok_and(|metadata| !metadata.is_file());
+            self.writer = match is_special {
+                true => Target::Open(create(path)?),
+                false => Target::Later { file: Some(begin(path)?), path: path.clone() },
+            };
         }
-        match &mut self.writer {
-            Target::Open(writer) => {
-                let result = writer.write_all(&self.buffer).and_then(|()| writer.flush());
-                self.buffer.clear();
-                result
-            }
-            Target::Later(_) => Ok(()), // it was opened above
+        let result = match &mut self.writer {
+            Target::Open(writer) => writer.write_all(&self.buffer).and_then(|()| writer.flush()),
+            Target::Later { file, .. } => file.as_mut().map_or(Ok(()), |file| file.write_all(&self.buffer)),
+        };
+        self.buffer.clear();
+        self.is_broken |= result.is_err();
+        result
+    }
+}
+
+impl Drop for Output {
+    /// Removes what was not kept; once it has its name, nothing is there.
+    fn drop(&mut self) {
+        if let Target::Later { path, file: Some(_) } = &self.writer {
+            let _ = std::fs::remove_file(unfinished(path));
         }
     }
+}
+
+/// Returns what a file is called until it is kept.
+pub(super) fn unfinished(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(UNFINISHED);
+    name.into()
+}
+
+/// Begins a file that is to take the place of another one, with the same permissions.
+fn begin(path: &Path) -> io::Result<File> {
+    #[expect(clippy::disallowed_methods, reason = "commands write the files they are asked for")]
+    let file = File::create(unfinished(path))?;
+    if let Ok(before) = path.metadata() {
+        // Where they cannot be set, the usual ones do.
+        let _ = file.set_permissions(before.permissions());
+    }
+    Ok(file)
 }
 
 impl Write for Output {

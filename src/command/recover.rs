@@ -6,7 +6,7 @@ use std::path::Path;
 use super::failure::Failure;
 use super::output::check_mcap;
 use super::{bus, message};
-use crate::capture::mcap::{RecoverError, recover};
+use crate::capture::mcap::{RECOVERING, RecoverError, recover};
 use crate::cli;
 
 /// Runs the command.
@@ -15,6 +15,13 @@ pub(super) fn run(args: &cli::Recover) -> Result<(), Failure> {
     if is_same(&args.input, &args.output) {
         let hint = "name another file with -o; the damaged one is kept as it is";
         return Err(Failure::hinted(format!("'{output}' is the input itself"), hint));
+    }
+    let mut on_the_way = args.output.clone().into_os_string();
+    on_the_way.push(RECOVERING);
+    if is_same(&args.input, Path::new(&on_the_way)) {
+        let hint = "name another file with -o; the damaged one is kept as it is";
+        let problem = format!("'{input}' is what '{output}' is called until it is whole");
+        return Err(Failure::hinted(problem, hint));
     }
     check_mcap(&args.output, "recover")?;
     if args.output.is_file() {

@@ -5,21 +5,25 @@ use std::ops::Range;
 
 use super::held::{Held, Released};
 use super::{Format, Judge, Rows, Show};
-use crate::capture::{hex_line, hex_lost};
+use crate::capture::{BUS, hex_bus, hex_line, hex_lost, hex_silence};
 use crate::decode::chunk::{Chunk, LineError, Lost, ReadTime};
+use crate::line::LineSettings;
 use crate::pipeline::Event;
+use crate::time::Timestamp;
 
 /// Turns reads into lines of hex text.
 ///
 /// With a filter, of each read those bytes remain whose frame or damaged run passes.
 pub struct Hex {
     cut: Option<Box<Cut>>,
+    /// The bus that the lines are of.
+    bus: String,
 }
 
 impl Hex {
     /// Makes a writer; without a judge every byte passes.
     pub fn new(judge: Option<Judge>) -> Self {
-        Hex { cut: judge.map(|judge| Box::new(Cut::new(judge))) }
+        Hex { cut: judge.map(|judge| Box::new(Cut::new(judge))), bus: BUS.to_owned() }
     }
 
     /// Takes a read.
@@ -27,6 +31,23 @@ impl Hex {
         match &mut self.cut {
             Some(cut) => cut.held.push(chunk, None),
             None => line(chunk, out),
+        }
+    }
+
+    /// Goes on with the lines of a bus, with its settings where they begin.
+    pub fn bus(&mut self, name: &str, settings: Option<(LineSettings, Option<i64>)>, out: &mut Vec<u8>) {
+        if self.bus != name || settings.is_some() {
+            name.clone_into(&mut self.bus);
+            out.extend_from_slice(hex_bus(name, settings).as_bytes());
+            out.push(b'\n');
+        }
+    }
+
+    /// Takes that nothing was received until then: a comment, unless only a part is written.
+    pub fn silence(&mut self, until: Timestamp, out: &mut Vec<u8>) {
+        if self.cut.is_none() {
+            out.extend_from_slice(hex_silence(until).as_bytes());
+            out.push(b'\n');
         }
     }
 

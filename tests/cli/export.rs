@@ -369,3 +369,64 @@ fn parquet_has_every_reading_in_typed_columns() {
     }
     assert_eq!((count, count > 300), (wanted.len(), true));
 }
+
+#[test]
+fn what_stood_there_stays_when_an_export_fails_in_every_format() {
+    let (_directory, path) = temporary();
+    let input = path("long.hex");
+    let line = "2026-01-01T00:00:00Z 01 03 26 00 00 04 4f 41\n";
+    std::fs::write(&input, line.repeat(5000) + "2026-01-01T00:00:00Z 01 03 2G\n").expect("a disk that works");
+    for name in ["a.mcap", "a.hex", "a.csv", "a.jsonl", "a.pcapng"] {
+        let output = path(name);
+        let export = || rtutap(&["export", arg(&input), "-o", arg(&output)]).assert().code(2);
+        export().stderr(predicate::str::contains("line 5001"));
+        let partial = std::fs::read(&output).expect("what was read before is there where nothing stood");
+        assert!(!partial.is_empty(), "{name}");
+        std::fs::write(&output, "precious").expect("a disk that works");
+        export().stderr(predicate::str::contains(format!("'{}' is left as it was", output.display())));
+        assert_eq!(std::fs::read_to_string(&output).expect("it is there"), "precious", "{name}");
+        assert!(!path(&format!("{name}.unfinished")).exists(), "{name}");
+    }
+}
+
+#[test]
+fn a_recording_left_unfinished_is_not_written_over_by_its_own_export() {
+    let (_directory, path) = temporary();
+    let (part, whole) = (path("a.mcap.part"), path("a.mcap"));
+    let sample = std::fs::read("captures/good-master.mcap").expect("a sample");
+    std::fs::write(&part, &sample[..60_000]).expect("a disk that works");
+    rtutap(&["export", arg(&part), "-o", arg(&whole)]).assert().success();
+    assert_eq!(std::fs::read(&part).expect("it is there"), sample[..60_000]);
+    assert!(whole.exists());
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn an_export_that_a_full_disk_cuts_leaves_no_file_with_a_hole() {
+    let (_directory, path) = temporary();
+    for name in ["a.mcap", "a.hex", "a.csv", "a.jsonl", "a.pcapng"] {
+        let output = path(name);
+        let unfinished = path(&format!("{name}.unfinished"));
+        std::os::unix::fs::symlink("/dev/full", unfinished).expect("a link");
+        rtutap(&["export", "captures/troubled.mcap", "-o", arg(&output)])
+            .assert()
+            .code(2)
+            .stderr(predicate::str::contains("No space left"));
+        assert!(!output.exists(), "{name}");
+    }
+}
+
+#[test]
+fn an_input_is_not_taken_for_the_file_on_its_way() {
+    let (_directory, path) = temporary();
+    let sample = std::fs::read("captures/good-master.mcap").expect("a sample");
+    for (command, suffix) in [("export", "unfinished"), ("recover", "recovered")] {
+        let input = path(&format!("a.mcap.{suffix}"));
+        std::fs::write(&input, &sample).expect("a disk that works");
+        rtutap(&[command, arg(&input), "-o", arg(&path("a.mcap"))])
+            .assert()
+            .code(2)
+            .stderr(predicate::str::contains("until it is whole"));
+        assert_eq!(std::fs::read(&input).expect("it is there"), sample);
+    }
+}

@@ -5,7 +5,7 @@ use std::path::Path;
 use predicates::prelude::*;
 use predicates::str::contains;
 use rtutap::capture::mcap::{Anchor, BusSettings, Options, Recorder};
-use rtutap::decode::chunk::{Chunk, Lost, LostKind, ReadTime};
+use rtutap::decode::chunk::{Chunk, LineError, LineErrorKind, Lost, LostKind, ReadTime};
 use rtutap::time::{SECOND, Timestamp};
 
 use crate::export::{arg, temporary};
@@ -282,14 +282,88 @@ fn what_stood_there_stays_when_an_export_is_refused_and_a_plan_is_of_one_bus() {
     two_buses(&recording, false).finish("finished").expect("a disk that works");
     let before = path("before.hex");
     std::fs::write(&before, "precious").expect("a disk that works");
-    rtutap(&["export", arg(&recording), "-o", arg(&before)])
+    rtutap(&["export", arg(&recording), "--filter", "address == 1", "-o", arg(&before)])
         .assert()
         .code(2)
-        .stderr(contains("hex text holds one bus"));
+        .stderr(contains("hex text of what passes a filter holds one bus"));
     assert_eq!(std::fs::read_to_string(&before).expect("it is there"), "precious");
     rtutap(&["info", "--plan", arg(&recording)])
         .assert()
         .code(2)
         .stdout("")
         .stderr(contains("a plan is of one bus, and this has 'pump' and 'reservoir'"));
+}
+
+#[test]
+fn packets_of_two_buses_come_back_as_two_buses() {
+    let (_directory, path) = temporary();
+    let (recording, packets) = (path("two.mcap"), path("two.pcapng"));
+    two_buses(&recording, false).finish("finished").expect("a disk that works");
+    rtutap(&["export", arg(&recording), "-o", arg(&packets)]).assert().success();
+    let frames = |file: &Path| {
+        let text = stdout(&["decode", arg(file), "--show=frames", "--format=json"], b"");
+        let rows = text.lines().map(|line| serde_json::from_str::<serde_json::Value>(line).expect(line));
+        let frames = rows.filter(|row| row["type"] == "frame");
+        let number = |row: &serde_json::Value, key: &str| row[key].as_i64().expect("a number");
+        let mut frames: Vec<_> = frames
+            .map(|row| {
+                let what = ["bus", "bytes", "role", "echo"].map(|key| row[key].to_string());
+                (what, number(&row, "end_ns"), number(&row, "uncertainty_ns"))
+            })
+            .collect();
+        frames.sort();
+        frames
+    };
+    let (before, after) = (frames(&recording), frames(&packets));
+    assert_eq!(before.len(), after.len());
+    for (before, after) in before.iter().zip(&after) {
+        assert_eq!(before.0, after.0);
+        // A packet has one time: that of the frame's end, as far as it is known.
+        assert!((before.1 - after.1).abs() <= before.2, "{before:?} {after:?}");
+    }
+    let lines = stdout(&["info", arg(&packets)], b"");
+    assert!(before.len() == 7 && lines.contains("19200-8E1") && lines.contains("9600-8N1"), "{lines}");
+}
+
+#[test]
+fn hex_text_of_two_buses_decodes_to_the_letter_with_losses_line_errors_and_silences() {
+    let (_directory, path) = temporary();
+    let recording = path("two.mcap");
+    let mut recorder = two_buses(&recording, false);
+    let line = "38400-8N2".parse().expect("line settings");
+    let attic = BusSettings {
+        name: "attic".into(),
+        line,
+        adapter_hold_ns: Some(2_500_000),
+        ..BusSettings::default()
+    };
+    let attic = recorder.add_bus(attic).expect("a disk that works");
+    let line_errors = [LineError { offset: 3, kind: LineErrorKind::ParityOrFraming }];
+    for (second, length) in [(38, 8), (39, 5), (41, 8)] {
+        // Read before what the other bus had, and written later.
+        let time = ReadTime::At(at(second - 10));
+        let chunk = Chunk { time, bytes: &REQUEST[..length], line_errors: &line_errors };
+        recorder.write_chunk(attic, &chunk, None).expect("a disk that works");
+        recorder.write_silence(attic, at(second - 9)).expect("a disk that works");
+        for kind in [LostKind::Overrun, LostKind::Disk] {
+            let lost = Lost { time: Some(at(second - 9)), stream_offset: 0, kind, count: 3 };
+            recorder.write_lost(attic, &lost).expect("a disk that works");
+        }
+    }
+    recorder.finish("finished").expect("a disk that works");
+    let text = path("two.hex");
+    rtutap(&["export", arg(&recording), "-o", arg(&text)]).assert().success();
+    let shows = ["--show=frames", "--show=transactions", "--show=readings", "--show=findings"];
+    let decoded = |file: &Path| stdout(&[&["decode", arg(file), "--format=json"], &shows[..]].concat(), b"");
+    let before = decoded(&recording);
+    assert!(before.lines().count() > 20);
+    assert_same_rows(&before, &decoded(&text));
+}
+
+/// Holds rows against others, one by one.
+fn assert_same_rows(before: &str, after: &str) {
+    for (before, after) in before.lines().zip(after.lines()) {
+        assert_eq!(before, after);
+    }
+    assert_eq!(before.lines().count(), after.lines().count());
 }

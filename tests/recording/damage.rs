@@ -76,15 +76,24 @@ impl Original {
         Original { directory, file, stream, chunks, longest_chunk: longest.expect("a chunk") }
     }
 
+    /// Returns where the chunk lies that has the first bytes, and defines their channel.
+    fn first_with_bytes(&self) -> Range<usize> {
+        let has_bytes = |messages: &[Seen]| messages.iter().any(|(topic, ..)| topic == "/bus0/raw");
+        let first = self.chunks.iter().find(|(_, messages)| has_bytes(messages));
+        first.expect("a chunk with bytes").0.clone()
+    }
+
     /// Returns the messages of the chunks that damage at these places of the file leaves whole.
-    fn intact(&self, damage: &Range<usize>) -> impl Iterator<Item = &Seen> {
-        let apart = |place: &Range<usize>| place.end <= damage.start || damage.end <= place.start;
+    fn intact(&self, damage: &[Range<usize>]) -> impl Iterator<Item = &Seen> {
+        let apart = |place: &Range<usize>| {
+            damage.iter().all(|damage| place.end <= damage.start || damage.end <= place.start)
+        };
         self.chunks.iter().filter(move |(place, _)| apart(place)).flat_map(|(_, messages)| messages)
     }
 
     /// Reads a copy damaged at these places, and what `recover` makes of it.
     #[expect(clippy::disallowed_methods, reason = "recordings are files")]
-    fn check(&self, damaged: &[u8], place: Range<usize>, what: &str) -> u64 {
+    fn check(&self, damaged: &[u8], places: &[Range<usize>], what: &str) -> u64 {
         let path = self.directory.path().join("damaged.mcap");
         let output = self.directory.path().join("recovered.mcap");
         fs::write(&path, damaged).expect("a disk that works");
@@ -98,13 +107,13 @@ impl Original {
                 assert_eq!(recovered.facts.damage_count, facts.damage_count, "{what}");
                 let file = fs::read(&output).expect("written above");
                 let mut there = ::mcap::MessageStream::new(&file).expect("MCAP").map(seen);
-                let holds = self.intact(&place).all(|wanted| there.any(|message| message == *wanted));
+                let holds = self.intact(places).all(|wanted| there.any(|message| message == *wanted));
                 assert!(holds, "{what}: a message of an intact chunk is not there, or not in its place");
             }
             Err(RecoverError::Nothing | RecoverError::Silent) => {
                 let is_raw = |(topic, ..): &&Seen| topic == "/bus0/raw";
                 assert!(
-                    chunks(&found).is_empty() && !self.intact(&place).any(|seen| is_raw(&seen)),
+                    chunks(&found).is_empty() && !self.intact(places).any(|seen| is_raw(&seen)),
                     "{what}"
                 );
             }
@@ -147,7 +156,7 @@ fn cuts(original: &Original, times: usize) {
     let mut lost_before = u64::MAX;
     for place in places {
         let cut = place..original.file.len();
-        let lost = original.check(&original.file[..place], cut, &format!("cut at {place}"));
+        let lost = original.check(&original.file[..place], &[cut], &format!("cut at {place}"));
         assert!(lost <= lost_before, "a longer file holds more: cut at {place}");
         lost_before = lost;
     }
@@ -161,8 +170,27 @@ fn changes(original: &Original, times: usize) {
         let mut damaged = original.file.clone();
         damaged[place] ^= change;
         let what = format!("byte {place} changed by {change:02x}");
-        let lost = original.check(&damaged, place..place + 1, &what);
+        let lost = original.check(&damaged, std::slice::from_ref(&(place..place + 1)), &what);
         assert!(lost <= original.longest_chunk, "{what}: {lost} bytes lost, more than a chunk holds");
+    }
+}
+
+/// Changes two bytes at a time: one in the chunk that defines the bytes, or in the index; the other anywhere.
+fn pairs(original: &Original, times: usize) {
+    let mut random = Places(3);
+    let first = original.first_with_bytes();
+    let index = original.chunks.last().expect("a chunk").0.end..original.file.len();
+    for at in 0..times {
+        let range = if at % 2 == 0 { &first } else { &index };
+        let other = if at % 4 < 2 { 0..original.file.len() } else { index.clone() };
+        let places = [range, &other].map(|range| range.start + random.below(range.len()));
+        let mut damaged = original.file.clone();
+        for place in places {
+            damaged[place] ^= random.below(255) as u8 + 1;
+        }
+        let what = format!("bytes {places:?} changed");
+        let lost = original.check(&damaged, &places.map(|place| place..place + 1), &what);
+        assert!(lost <= 2 * original.longest_chunk, "{what}: {lost} bytes lost, more than two chunks hold");
     }
 }
 
@@ -177,6 +205,32 @@ fn a_changed_byte_costs_one_chunk_at_most() {
 }
 
 #[test]
+fn two_changed_bytes_cost_two_chunks_at_most() {
+    pairs(&original(), 60);
+}
+
+#[test]
+fn bytes_are_found_though_all_that_defines_their_channel_is_lost() {
+    let original = original();
+    let first = original.first_with_bytes();
+    let repeated = (first.end..).find(|at| original.file[*at..].starts_with(b"rtutap/channels.mcap"));
+    let repeated = repeated.expect("what the chunk defines is said again behind it");
+    let end = original.chunks.last().expect("a chunk").0.end;
+    let mut damaged = original.file[..end].to_vec();
+    damaged[first.start + 60] ^= 1;
+    let places = [first.clone(), end..original.file.len()];
+    original.check(&damaged, &places, "first chunk and index");
+    damaged[repeated] ^= 1;
+    let path = original.directory.path().join("damaged.mcap");
+    #[expect(clippy::disallowed_methods, reason = "recordings are files")]
+    fs::write(&path, &damaged).expect("a disk that works");
+    let (found, facts) = read(&path);
+    assert_eq!(facts.guessed_buses, ["bus0"]);
+    assert!(original.holds(&found, "guessed") <= original.longest_chunk);
+    original.check(&damaged, &places, "first chunk, index and what is said again");
+}
+
+#[test]
 #[ignore = "takes a while"]
 fn samples_cut_and_changed_at_200_places_each() {
     for name in ["installation.mcap", "troubled.mcap", "good-master.mcap", "mistaken-master.mcap"] {
@@ -185,6 +239,7 @@ fn samples_cut_and_changed_at_200_places_each() {
         let original = Original::of(fs::read(path).expect("a sample"));
         cuts(&original, 200);
         changes(&original, 200);
+        pairs(&original, 200);
     }
 }
 
@@ -224,9 +279,7 @@ fn a_whole_recording_without_a_byte_is_not_called_damaged() {
 #[test]
 fn a_recording_cut_before_its_first_bytes_says_so() {
     let original = original();
-    let first =
-        original.chunks.iter().find(|(_, messages)| messages.iter().any(|(topic, ..)| topic == "/bus0/raw"));
-    let cut = first.expect("a chunk with bytes").0.start + 20;
+    let cut = original.first_with_bytes().start + 20;
     let path = original.directory.path().join("cut.mcap");
     #[expect(clippy::disallowed_methods, reason = "recordings are files")]
     fs::write(&path, &original.file[..cut]).expect("a disk that works");

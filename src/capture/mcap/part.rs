@@ -7,9 +7,12 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use mcap::records::{MessageHeader, Metadata};
+use mcap::records::{Channel, MessageHeader, Metadata};
 use mcap::write::NoSeek;
 use mcap::{Attachment, Compression, McapResult, WriteOptions, Writer};
+
+use super::definitions::{self, Definitions};
+use super::messages::SchemaRecord;
 
 /// At how many bytes of messages a chunk is closed.
 ///
@@ -54,6 +57,12 @@ pub(super) struct Part {
     open: usize,
     /// The log time of its first message.
     opened: Option<u64>,
+    /// The log time of the last message.
+    last: u64,
+    /// What the open chunk defines, and nothing else yet.
+    defined: Definitions,
+    /// Ids from here on are new.
+    next_channel: u16,
     chunks: u64,
 }
 
@@ -94,6 +103,9 @@ impl Part {
             temporary,
             open: 0,
             opened: None,
+            last: 0,
+            defined: Definitions::default(),
+            next_channel: 0,
             chunks: 0,
         })
     }
@@ -152,13 +164,39 @@ impl Part {
         metadata: &BTreeMap<String, String>,
     ) -> io::Result<u16> {
         self.open += 1; // the records open a chunk
-        self.writer(|writer| {
+        let (schema_id, id) = self.writer(|writer| {
             let schema = match schema {
                 ("", "", _) => 0,
                 (name, encoding, data) => writer.add_schema(name, encoding, data)?,
             };
-            writer.add_channel(schema, topic, encoding, metadata)
-        })
+            Ok((schema, writer.add_channel(schema, topic, encoding, metadata)?))
+        })?;
+        if id >= self.next_channel {
+            self.next_channel = id.saturating_add(1); // the crate counts them
+            let (name, schema_encoding, data) = schema;
+            let (name, schema_encoding) = (name.to_owned(), schema_encoding.to_owned());
+            if schema_id > 0 {
+                let schema = SchemaRecord { name, encoding: schema_encoding, data: data.to_vec() };
+                self.defined.schemas.insert(schema_id, schema);
+            }
+            let (topic, message_encoding) = (topic.to_owned(), encoding.to_owned());
+            let metadata = metadata.clone();
+            self.defined.channels.insert(id, Channel { id, schema_id, topic, message_encoding, metadata });
+        }
+        Ok(id)
+    }
+
+    /// Closes the chunk that is open, and says again behind it what it defines.
+    fn repeat_definitions(&mut self) -> io::Result<()> {
+        let defined = std::mem::take(&mut self.defined);
+        let attachment = Attachment {
+            log_time: self.last,
+            create_time: self.last,
+            name: definitions::NAME.to_owned(),
+            media_type: definitions::MEDIA_TYPE.to_owned(),
+            data: defined.to_file().map_err(io::Error::other)?.into(),
+        };
+        self.writer(|writer| writer.attach(&attachment))
     }
 
     /// Writes a message; tells whether that closed a chunk.
@@ -170,6 +208,7 @@ impl Part {
             self.flush()?;
         }
         self.opened.get_or_insert(header.log_time);
+        self.last = header.log_time;
         self.writer(|writer| writer.write_to_known_channel(header, payload))?;
         self.open += MESSAGE_OVERHEAD + payload.len();
         let is_full = self.open >= CHUNK << growth;
@@ -212,6 +251,9 @@ impl Part {
             self.chunks += 1;
         }
         self.opened = None;
+        if !self.defined.is_empty() {
+            self.repeat_definitions()?;
+        }
         self.writer(Writer::flush)
     }
 
@@ -230,6 +272,7 @@ impl Part {
 
     /// Writes the index and gives the file its name; `is_durable` waits for the disk.
     pub(super) fn finish(mut self, is_durable: bool) -> io::Result<PathBuf> {
+        self.flush()?;
         self.writer(Writer::finish)?;
         // Flushing the crate's writer would panic now; its stream can be flushed.
         self.writer.take().map_or(Ok(()), |writer| writer.into_inner().flush())?;

@@ -16,7 +16,7 @@ use super::pending::Pending;
 use super::schema::{Clock, Dating, ErrorKind, LineError, RawChunk, Schema};
 use super::time::{Anchor, LogTime, YEAR_2000};
 use super::totals::Totals;
-use super::{ENCODING, END_METADATA, FORMAT_VERSION, SESSION_METADATA};
+use super::{ENCODING, END_METADATA, FORMAT_VERSION, SESSION_METADATA, UNFINISHED};
 use crate::decode::chunk::{Chunk, Lost, LostKind, ReadTime};
 use crate::time::{SECOND, Timestamp};
 
@@ -380,7 +380,9 @@ impl Recorder {
     fn open_part(&mut self) -> Result<(), RecordError> {
         let path = part_path(&self.path, self.part_index + 1);
         let is_careful = self.options.is_durable;
-        let part = Part::create(&path, ".part", is_careful).map_err(|error| RecordError { path, error })?;
+        // What is left of a live recording is never written over.
+        let suffix = if is_careful { ".part" } else { UNFINISHED };
+        let part = Part::create(&path, suffix, is_careful).map_err(|error| RecordError { path, error })?;
         self.part_index += 1;
         self.part = Some(part);
         self.totals.written = 0;

@@ -7,6 +7,7 @@ use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 
 use super::RECOVERED;
+use super::definitions::{self, Definitions};
 use super::index::{Index, Plan};
 use super::messages::{Cause, Content, Damage, Messages};
 use super::state::{Bus, State};
@@ -35,6 +36,10 @@ pub struct Facts {
     pub damage_bytes: u64,
     /// Bytes of buses that are lost for it, as far as their number is known.
     pub lost_bytes: u64,
+    /// Messages that can be read, but mean nothing: what their channel was is lost.
+    pub undefined_messages: u64,
+    /// The buses of channels whose definition is lost, but whose messages can only be bytes of a bus.
+    pub guessed_buses: Vec<String>,
 }
 
 /// Says what session a file is a part of.
@@ -55,7 +60,11 @@ impl Facts {
     /// Tells whether nothing is missing, as far as the file tells.
     pub fn is_complete(&self) -> bool {
         let is_closed = self.end.as_ref().is_some_and(|reason| reason != RECOVERED);
-        self.is_indexed && is_closed && self.damage_count == 0 && self.lost_bytes == 0
+        self.is_indexed
+            && is_closed
+            && self.damage_count == 0
+            && self.lost_bytes == 0
+            && self.undefined_messages == 0
     }
 
     /// Takes back that it ends within a record: whoever is writing it is about to go on.
@@ -94,6 +103,8 @@ pub struct Recording {
     messages: Messages<Source>,
     state: State,
     index: Option<Index>,
+    /// What the rest of an index still says that is not whole.
+    salvaged: Definitions,
     plan: Option<Plan>,
     follows: bool,
     is_finished: bool,
@@ -138,7 +149,9 @@ impl Recording {
     /// When the system cannot read it.
     pub fn from_file(mut file: File) -> io::Result<Self> {
         let index = Index::read(&mut file)?;
-        let mut recording = Recording::new(Source::File(file));
+        let salvaged =
+            if index.is_none() { Definitions::salvage(&mut file)? } else { Definitions::default() };
+        let mut recording = Recording { salvaged, ..Recording::new(Source::File(file)) };
         if let Some(index) = &index {
             for (schema, channel) in index.channels() {
                 recording.messages.learn(schema, channel.clone());
@@ -159,6 +172,7 @@ impl Recording {
             messages: Messages::new(source),
             state: State::default(),
             index: None,
+            salvaged: Definitions::default(),
             plan: None,
             follows: false,
             is_finished: false,
@@ -307,11 +321,17 @@ impl Recording {
             Content::Message { head, payload } => self.state.message(head, payload),
             Content::Channel(_) => self.state.channels(&self.messages.channels, &self.messages.schemas),
             Content::Metadata(metadata) => self.state.metadata(&metadata),
+            Content::Attachment { name, data, .. } if name == definitions::NAME => {
+                Definitions::from_file(&data).teach(&mut self.messages, &mut self.state);
+            }
             Content::Attachment { .. } => {}
             Content::Damage(damage) => self.state.damage(damage),
             Content::Index => self.finish(None, true),
             Content::End(_) if self.follows => return Ok(false),
             Content::End(cut) => self.finish(cut, false),
+        }
+        if let Some((head, payload)) = self.state.take_orphan() {
+            self.salvaged.adopt((head, &payload), &mut self.messages, &mut self.state);
         }
         Ok(true)
     }

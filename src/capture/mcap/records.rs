@@ -205,7 +205,7 @@ impl<R: Read> Window<R> {
 }
 
 /// Returns the length that a record's head gives to its body.
-fn declared_length(bytes: &[u8]) -> Option<u64> {
+pub(super) fn declared_length(bytes: &[u8]) -> Option<u64> {
     bytes.get(1..HEAD).and_then(|field| field.try_into().ok()).map(u64::from_le_bytes)
 }
 

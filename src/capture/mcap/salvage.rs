@@ -11,6 +11,7 @@ use mcap::records::{Channel, MessageHeader};
 use prost::Message;
 use thiserror::Error;
 
+use super::definitions::{self, Definitions};
 use super::index::Index;
 use super::messages::{Content, Messages, SchemaRecord};
 use super::part::Part;
@@ -21,7 +22,7 @@ use super::unpack::MessageHead;
 use super::{ENCODING, END_METADATA, RECOVERED};
 
 /// What the file is called until it is finished; not '.part', for that may be what is mended.
-const SUFFIX: &str = ".recovered";
+pub const RECOVERING: &str = ".recovered";
 
 /// Says what was saved.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -60,16 +61,21 @@ pub enum RecoverError {
 /// When the system cannot read or write, or there is nothing to save; then no file is left behind.
 pub fn recover(mut file: File, output: &Path) -> Result<Recovered, RecoverError> {
     let index = Index::read(&mut file).map_err(RecoverError::Read)?;
+    let salvaged = match &index {
+        Some(_) => Definitions::default(),
+        None => Definitions::salvage(&mut file).map_err(RecoverError::Read)?,
+    };
     let mut messages = Messages::new(file);
     let mut state = State::default();
     for (schema, channel) in index.iter().flat_map(Index::channels) {
         messages.learn(schema, channel.clone());
         state.channel(&channel, &messages.schemas);
     }
-    let part = Part::create(output, SUFFIX, false).map_err(RecoverError::Write)?;
+    let part = Part::create(output, RECOVERING, false).map_err(RecoverError::Write)?;
     let temporary = part.temporary().to_owned();
     let copy = Copy {
         part,
+        salvaged,
         state,
         channels: BTreeMap::new(),
         sequences: BTreeMap::new(),
@@ -87,6 +93,8 @@ pub fn recover(mut file: File, output: &Path) -> Result<Recovered, RecoverError>
 /// Is a file being copied.
 struct Copy {
     part: Part,
+    /// What the rest of an index still says that is not whole.
+    salvaged: Definitions,
     /// Follows what is copied, to tell what is lost.
     state: State,
     /// For each channel its id in the new file.
@@ -104,8 +112,7 @@ impl Copy {
                 Content::Message { head, payload } => {
                     // A copy, for the channels are asked for at the same time.
                     let payload = payload.to_vec();
-                    let channel = messages.channels.get(&head.channel);
-                    self.message(head, &payload, channel, &messages.schemas).map_err(RecoverError::Write)?;
+                    self.message(head, &payload, &mut messages).map_err(RecoverError::Write)?;
                 }
                 Content::Channel(_) => self.state.channels(&messages.channels, &messages.schemas),
                 Content::Metadata(metadata) => {
@@ -114,6 +121,10 @@ impl Copy {
                         let written = self.part.metadata(&metadata.name, metadata.metadata);
                         written.map_err(RecoverError::Write)?;
                     }
+                }
+                // The new file says it of its own channels.
+                Content::Attachment { name, data, .. } if name == definitions::NAME => {
+                    Definitions::from_file(&data).teach(&mut messages, &mut self.state);
                 }
                 Content::Attachment { name, media_type, times, data } => {
                     let written = self.part.attachment(&name, &media_type, times, &data);
@@ -137,11 +148,15 @@ impl Copy {
         &mut self,
         head: MessageHead,
         payload: &[u8],
-        channel: Option<&Channel>,
-        schemas: &BTreeMap<u16, SchemaRecord>,
+        messages: &mut Messages<File>,
     ) -> io::Result<()> {
-        let Some(channel) = channel else { return Ok(()) }; // its definition is gone, and with it its meaning
         self.state.message(head, payload);
+        if self.state.take_orphan().is_some() {
+            self.salvaged.adopt((head, payload), messages, &mut self.state);
+        }
+        let schemas = &messages.schemas;
+        // Without its definition it means nothing, and is counted.
+        let Some(channel) = messages.channels.get(&head.channel) else { return Ok(()) };
         self.restore_beginning(head, payload, channel, schemas)?;
         while self.state.advance() {}
         self.copy(head, payload, channel, schemas)

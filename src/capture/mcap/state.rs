@@ -14,14 +14,16 @@ use super::schema::{Clock, ErrorKind, Line, NOTES, Note, RawChunk, Schema};
 use super::time::Anchor;
 use super::unpack::MessageHead;
 use super::{END_METADATA, SESSION_METADATA};
-use crate::capture::Item;
+use crate::capture::{BUS, Item};
 use crate::decode::chunk::{Chunk, Lost, LostKind};
 use crate::time::Timestamp;
 
 /// Is what a channel is to a recording.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Topic {
+    /// Not defined, as far as the file was read.
     #[default]
+    Unknown,
     Other,
     Raw(usize),
     Line(usize),
@@ -80,6 +82,8 @@ pub(super) struct State {
     selection: Option<(u64, u64)>,
     /// Whether messages were lost since the last chunk of bytes.
     is_damaged_since: bool,
+    /// A message whose channel is not known.
+    orphan: Option<(MessageHead, Vec<u8>)>,
 }
 
 impl State {
@@ -96,9 +100,10 @@ impl State {
     pub(super) fn channel(&mut self, channel: &Channel, schemas: &BTreeMap<u16, SchemaRecord>) {
         let id = usize::from(channel.id);
         if self.topics.len() <= id {
-            self.topics.resize(id + 1, Topic::Other);
+            self.topics.resize(id + 1, Topic::Unknown);
         }
         if channel.message_encoding != super::ENCODING {
+            self.topics[id] = Topic::Other;
             return;
         }
         let schema = schemas.get(&channel.schema_id).map_or("", |schema| &schema.name);
@@ -143,7 +148,35 @@ impl State {
 
     /// Tells whether any channel is one of a recording of a bus.
     pub(super) fn has_own_channel(&self) -> bool {
-        self.topics.iter().any(|topic| *topic != Topic::Other)
+        self.topics.iter().any(|topic| !matches!(topic, Topic::Unknown | Topic::Other))
+    }
+
+    /// Returns the only bus of which settings are known and bytes are not; the usual name where none is known at all.
+    pub(super) fn bus_without_bytes(&self) -> Option<String> {
+        let mut names: Vec<&str> = self.described.keys().map(String::as_str).collect();
+        names.extend(
+            self.buses.iter().map(|bus| &*bus.name).filter(|name| !self.described.contains_key(*name)),
+        );
+        if names.is_empty() {
+            return Some(BUS.to_owned());
+        }
+        let has_bytes = |name: &str| {
+            let is_its = |topic: &Topic| matches!(topic, Topic::Raw(bus) if self.buses[*bus].name == name);
+            self.topics.iter().any(is_its)
+        };
+        let mut without = names.into_iter().filter(|name| !has_bytes(name));
+        let first = without.next()?;
+        without.next().is_none().then(|| first.to_owned())
+    }
+
+    /// Tells whether the file is a recording of buses, as far as it was read.
+    pub(super) fn is_own(&self) -> bool {
+        self.facts.session.is_some() || !self.described.is_empty() || self.has_own_channel()
+    }
+
+    /// Returns the message taken in last, if its channel is not known.
+    pub(super) fn take_orphan(&mut self) -> Option<(MessageHead, Vec<u8>)> {
+        self.orphan.take()
     }
 
     /// Hands out only what was logged within these times.
@@ -197,6 +230,7 @@ impl State {
     pub(super) fn message(&mut self, head: MessageHead, payload: &[u8]) {
         let topic = self.topics.get(usize::from(head.channel)).copied().unwrap_or_default();
         match topic {
+            Topic::Unknown => self.orphan = Some((head, payload.to_vec())),
             Topic::Other => {}
             Topic::Clock => self.clock(head, payload),
             Topic::Notes => match Note::decode(payload) {

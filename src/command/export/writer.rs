@@ -7,10 +7,10 @@ use super::super::failure::Failure;
 use super::super::output::{GATHER, Output};
 use super::super::printing::judge;
 use super::super::session::Origin;
-use crate::capture::hex_heading;
+use crate::capture::{BUS, Item, hex_heading};
 use crate::cli::{self, ExportKind, LinkKind};
-use crate::decode::chunk::{Chunk, Lost};
 use crate::device::Profiles;
+use crate::line::LineSettings;
 use crate::pipeline::Event;
 use crate::report::hex::Hex;
 #[cfg(feature = "parquet")]
@@ -87,6 +87,10 @@ impl Writer {
                 for remark in remarks.iter().chain(before) {
                     out.extend_from_slice(format!("# {remark}\n").as_bytes());
                 }
+                let Writer::Hex { reads, .. } = self else { return };
+                if origin.settings.name != BUS {
+                    reads.bus(&origin.settings.name, said(origin), out);
+                }
             }
             _ => {}
         }
@@ -99,17 +103,24 @@ impl Writer {
         }
     }
 
-    /// Takes a read.
-    pub(super) fn chunk(&mut self, chunk: &Chunk<'_>, out: &mut Vec<u8>) {
+    /// Begins another bus, or other settings.
+    pub(super) fn change(&mut self, origin: &Origin, out: &mut Vec<u8>) {
         if let Writer::Hex { reads, .. } = self {
-            reads.chunk(chunk, out);
+            reads.bus(&origin.settings.name, said(origin), out);
         }
     }
 
-    /// Takes that bytes were lost; rows have events for it.
-    pub(super) fn lost(&mut self, lost: &Lost, out: &mut Vec<u8>) {
-        if let Writer::Hex { reads, .. } = self {
-            reads.lost(lost, out);
+    /// Takes what was received; rows have events for it.
+    pub(super) fn received(&mut self, item: &Item<'_>, out: &mut Vec<u8>) {
+        let (Writer::Hex { reads, .. }, Some(bus)) = (self, item.bus()) else { return };
+        if matches!(item, Item::Chunk { .. } | Item::Lost { .. } | Item::Silence { .. }) {
+            reads.bus(bus, None, out);
+        }
+        match item {
+            Item::Chunk { chunk, .. } => reads.chunk(chunk, out),
+            Item::Lost { lost, .. } => reads.lost(lost, out),
+            Item::Silence { until, .. } => reads.silence(*until, out),
+            Item::Line(_) | Item::Clock { .. } | Item::Note { .. } => {}
         }
     }
 
@@ -173,6 +184,11 @@ impl Writer {
         }
         output.flush()
     }
+}
+
+/// Returns the settings of a bus, unless nobody said them.
+fn said(origin: &Origin) -> Option<(LineSettings, Option<i64>)> {
+    (!origin.line_is_assumed).then_some((origin.settings.line, origin.settings.adapter_hold_ns))
 }
 
 fn link_type(kind: LinkKind) -> LinkType {
