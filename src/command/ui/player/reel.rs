@@ -38,6 +38,10 @@ impl Tracks {
         self.paths.lock().unwrap_or_else(PoisonError::into_inner).get(part).cloned()
     }
 
+    fn count(&self) -> usize {
+        self.paths.lock().unwrap_or_else(PoisonError::into_inner).len()
+    }
+
     /// Tells whether the recording may still grow.
     pub(super) fn follows(&self) -> bool {
         self.follows
@@ -172,9 +176,10 @@ impl<'a> Reel<'a> {
         &self.input
     }
 
-    /// Returns how much of the part was read, from 0 to 1, where its size is known.
+    /// Returns how much of all parts was read, from 0 to 1, where sizes are known; each part counts alike.
     pub(super) fn share(&self) -> f64 {
         let size = self.input.size().unwrap_or(0).max(1);
-        (self.input.position() as f64 / size as f64).clamp(0.0, 1.0)
+        let of_part = (self.input.position() as f64 / size as f64).clamp(0.0, 1.0);
+        (self.part as f64 + of_part) / self.tracks.count().max(1) as f64
     }
 }
