@@ -67,6 +67,26 @@ pub enum Order {
     Stay,
 }
 
+impl Order {
+    /// Returns the same order from the playhead, where it was to be done from a row.
+    pub fn without_row(self) -> Order {
+        match self {
+            Order::Find { what, is_forward, .. } => Order::Find { what, is_forward, before: None },
+            Order::Words { sieve, is_forward, .. } => Order::Words { sieve, is_forward, before: None },
+            order => order,
+        }
+    }
+
+    /// Returns what it looks for, and whether forward.
+    pub fn sought(&self) -> Option<(Sought, bool)> {
+        match self {
+            Order::Find { what, is_forward, .. } => Some((*what, *is_forward)),
+            Order::Words { is_forward, .. } => Some((Sought::Words, *is_forward)),
+            _ => None,
+        }
+    }
+}
+
 /// Is the state of a replay, as the player tells it.
 #[derive(Clone, Debug, Default)]
 pub struct Replay {

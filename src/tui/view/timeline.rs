@@ -165,6 +165,9 @@ fn status(app: &App, replay: &Replay, area: Rect, buffer: &mut Buffer) {
     }
     x = put(buffer, area, x, area.y, &of, theme.dim) + 2;
     let mut parts = known(timeline);
+    if let Some(from) = app.store().known_from() {
+        parts.insert(0, format!("here only from {} on", app.clock().of_day(from)));
+    }
     while parts.iter().map(|part| width(part) + 3).sum::<usize>()
         > usize::from(rest.right().saturating_sub(x))
     {

@@ -87,6 +87,9 @@ fn list(app: &App, area: Rect, buffer: &mut Buffer) {
         let Some(number) = traffic.order.number(store, top + index) else { break };
         let Some(row) = rows.get(number) else { continue };
         line(app, area, inner, y, number, row, &columns, buffer);
+        if store.known_from().is_some() {
+            shade(buffer, area, y, app.theme.provisional);
+        }
         if Some(number) == traffic.selected {
             let has_focus = traffic.pane == Pane::List;
             let style = if has_focus { app.theme.selected } else { app.theme.selected_elsewhere };

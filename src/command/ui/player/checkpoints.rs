@@ -43,7 +43,8 @@ impl<'a> Checkpoints<'a> {
     /// Returns after how many bytes it is time for another one, where there will be about `total` bytes.
     pub(super) fn due(&self, total: u64) -> u64 {
         let Some(last) = self.list.last() else { return 0 };
-        let room = (self.most_bytes as f64 * PLANNED / last.decoder.size().max(1) as f64).clamp(1.0, MOST as f64);
+        let room =
+            (self.most_bytes as f64 * PLANNED / last.decoder.size().max(1) as f64).clamp(1.0, MOST as f64);
         let apart = (total as f64 / room) as u64;
         last.decoder.reached().bytes.saturating_add(apart.max(self.least))
     }
@@ -91,6 +92,14 @@ impl<'a> Checkpoints<'a> {
             .zip(at(count))
             .is_some_and(|(here, next)| target.saturating_sub(here) > next.saturating_sub(here) / LEAD);
         self.list.get(if is_far { last } else { last.saturating_sub(1) }).cloned()
+    }
+
+    /// Returns how many bytes of buses lie between the one before where `measure` is `target`, and the one after.
+    pub(super) fn apart(&self, measure: &dyn Fn(&Decoder<'a>) -> i64, target: i64) -> u64 {
+        let bytes = |index: usize| self.list.get(index).map_or(0, |at| at.decoder.reached().bytes);
+        let after = self.list.partition_point(|checkpoint| measure(&checkpoint.decoder) <= target);
+        let after = after.min(self.list.len().saturating_sub(1));
+        bytes(after).saturating_sub(bytes(after.saturating_sub(1)))
     }
 
     /// Keeps one every so many bytes.

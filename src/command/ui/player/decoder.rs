@@ -86,6 +86,17 @@ impl<'a> Decoder<'a> {
         }
     }
 
+    /// Returns a decoder that begins in the middle of a recording that begins at `origin`; this one has taken nothing.
+    pub(super) fn provisional(&self, origin: Timestamp) -> Self {
+        let reached = Reached { origin: Some(origin), ..Reached::default() };
+        Decoder { feed: self.feed.provisional(origin), reached, ..self.clone() }
+    }
+
+    /// Forgets what was decoded so far, but for what it takes to go on.
+    pub(super) fn begin_here(&mut self) {
+        self.feed = self.feed.begun_here(self.session.settled_frame_id());
+    }
+
     /// Returns how far it has got.
     pub(super) fn reached(&self) -> Reached {
         self.reached

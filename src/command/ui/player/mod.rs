@@ -12,6 +12,7 @@
 //! from the beginning would have.
 
 mod checkpoints;
+mod cold;
 mod decoder;
 mod find;
 mod head;
