@@ -107,8 +107,8 @@ fn write_mcap(
     let wanted =
         Wanted { readings: true, findings: true, secrets, raw_only: args.raw_only, ..Wanted::default() };
     let result = bus::read(&args.bus, profiles, wanted, &mut scribe, |_, _| {});
-    for mark in &args.marks {
-        scribe.received(&Item::Note { time: Some(*mark), text: "mark" })?;
+    for (time, text) in &args.notes {
+        scribe.received(&Item::Note { time: Some(*time), text })?;
     }
     if scribe.has_begun() {
         say_none(scribe.none_of().filter(|_| result.is_ok()));
@@ -125,7 +125,7 @@ pub(super) fn of(
     filter: Option<String>,
     output: PathBuf,
     equipment: cli::Equipment,
-    marks: Vec<Timestamp>,
+    notes: Vec<(Timestamp, String)>,
 ) -> cli::Export {
     cli::Export {
         bus: cli::Bus { inputs, line: None, input_format: None, adapter_hold: None, equipment },
@@ -138,7 +138,7 @@ pub(super) fn of(
         raw_only: false,
         link_type: None,
         time: None,
-        marks,
+        notes,
     }
 }
 

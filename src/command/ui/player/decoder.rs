@@ -224,6 +224,7 @@ impl<'a> Decoder<'a> {
         };
         Bucket {
             busy_ns: 0,
+            rows: self.rows(List::Exchanges).saturating_sub(rows),
             errors: new().filter(|row| row.tone() >= Tone::Warn).count() as u64,
             findings: store.findings().total().saturating_sub(findings),
             matches: count(&self.watched.filter),
@@ -238,11 +239,11 @@ impl<'a> Decoder<'a> {
         self.feed = self.feed.checkpoint(self.session.settled_frame_id());
     }
 
-    /// Returns a copy to go on from later, in little memory.
-    pub(super) fn checkpoint(&self) -> Self {
+    /// Forgets rows that nobody will look at; returns a copy to go on from later, in little memory.
+    pub(super) fn checkpoint(&mut self) -> Self {
+        self.forget();
         let mut copy = self.clone();
         copy.session.compact();
-        copy.forget();
         copy
     }
 }

@@ -445,7 +445,7 @@ impl<'a, 's> Head<'a, 's> {
     pub(super) fn give_up(&mut self, find: &Find) {
         let way = if find.is_forward { "after" } else { "before" };
         self.said = Some(format!("there is no {} {way} this", find.what.name()));
-        self.goal = Some(Goal::Items(find.from.items));
+        self.goal = Some(if find.was_over { Goal::End } else { Goal::Items(find.from.items) });
     }
 
     /// Goes to a place found.
