@@ -169,6 +169,11 @@ impl Store {
         self.known_from
     }
 
+    /// Returns since when counts and series are in here: the first time there is, or from when on it was decoded.
+    pub fn counted_since(&self) -> Option<Timestamp> {
+        self.known_from.or(self.begun)
+    }
+
     /// Returns about how many bytes of memory it takes.
     pub fn size(&self) -> usize {
         let rows = self.exchanges.size + self.frames.size;

@@ -184,7 +184,9 @@ fn status(app: &App, replay: &Replay, area: Rect, buffer: &mut Buffer) {
     x = put(buffer, area, x, area.y, &of, theme.dim) + 2;
     let mut parts = known(timeline);
     if let Some(from) = app.store().known_from() {
-        parts.insert(0, format!("here only from {} on", app.clock().of_day(from)));
+        // To the second: where there is little room this stays.
+        let from = app.clock().of_day(from);
+        parts.insert(0, format!("known from {}", from.split('.').next().unwrap_or(&from)));
     }
     while parts.iter().map(|part| width(part) + 3).sum::<usize>()
         > usize::from(rest.right().saturating_sub(x))
