@@ -247,6 +247,9 @@ impl<'a, 's> Head<'a, 's> {
             }
             self.approach(&measure, target)?;
         }
+        // What follows a place that was leapt to is little, and the end of it all at most.
+        let mut always = || true;
+        let more: &mut dyn FnMut() -> bool = if has_leapt { &mut always } else { more };
         let stop = self.run(more, |head, next| match &mut goal {
             Goal::Back(list, count, items) => {
                 let is_beyond = head.decoder.rows(*list) > *count;
