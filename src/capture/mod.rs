@@ -384,6 +384,14 @@ impl Input {
         recording.go(place).map_err(|error| self.error(Failure::Io(error)))
     }
 
+    /// Reads only what leads up to a time, as [`Recording::start_near`]; tells whether it does.
+    pub fn start_near(&mut self, time: Timestamp, bytes: u64) -> bool {
+        let Reader::Mcap(recording) = &mut self.reader else { return false };
+        let is_near = recording.start_near(time, bytes);
+        self.has_bytes |= is_near;
+        is_near
+    }
+
     /// Returns the first and the last time of a recording whose index says them.
     pub fn times(&self) -> Option<(Timestamp, Timestamp)> {
         self.recording()?.times()

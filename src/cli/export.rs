@@ -75,9 +75,9 @@ pub struct Export {
     #[arg(long, value_enum, env = "RTUTAP_TIME", hide_env_values = true)]
     pub time: Option<TimeKind>,
 
-    /// Times that were marked on the screen, to be kept as notes.
+    /// What was marked and noted on the screen, with the times of the traffic.
     #[arg(skip)]
-    pub marks: Vec<Timestamp>,
+    pub notes: Vec<(Timestamp, String)>,
 }
 
 /// Names the formats that can be written.

@@ -113,8 +113,8 @@ fn write_mcap(
     let wanted =
         Wanted { readings: true, findings: true, secrets, raw_only: args.raw_only, ..Wanted::default() };
     let mut result = bus::read(&args.bus, profiles, wanted, &mut scribe, |_, _| {});
-    for mark in &args.marks {
-        let note = Item::Note { time: Some(*mark), text: "mark" };
+    for (time, text) in &args.notes {
+        let note = Item::Note { time: Some(*time), text };
         result = result.and_then(|()| scribe.received(&note));
     }
     // What was read before something went wrong is written where nothing stands yet.
@@ -145,7 +145,7 @@ pub(super) fn of(
     filter: Option<String>,
     output: PathBuf,
     equipment: cli::Equipment,
-    marks: Vec<Timestamp>,
+    notes: Vec<(Timestamp, String)>,
 ) -> cli::Export {
     cli::Export {
         bus: cli::Bus { inputs, line: None, input_format: None, adapter_hold: None, equipment },
@@ -158,7 +158,7 @@ pub(super) fn of(
         raw_only: false,
         link_type: None,
         time: None,
-        marks,
+        notes,
     }
 }
 

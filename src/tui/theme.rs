@@ -47,6 +47,8 @@ pub struct Theme {
     pub rule: Style,
     /// A line that something has to be read on at once.
     pub alarm: Style,
+    /// Rows of which it is not known yet what came before them.
+    pub provisional: Style,
 }
 
 impl Theme {
@@ -79,6 +81,7 @@ impl Theme {
             fading: text.fg(accent),
             rule: text.fg(if is_light { Color::Indexed(250) } else { Color::Indexed(238) }),
             alarm: text.fg(Color::Red).add_modifier(Modifier::BOLD | Modifier::REVERSED),
+            provisional: text.add_modifier(Modifier::ITALIC),
         }
     }
 
@@ -101,6 +104,7 @@ impl Theme {
             fading: text,
             rule: text,
             alarm: with(Modifier::BOLD | Modifier::REVERSED),
+            provisional: with(Modifier::ITALIC),
         }
     }
 
@@ -147,6 +151,7 @@ mod tests {
             theme.fading,
             theme.rule,
             theme.alarm,
+            theme.provisional,
         ];
         assert!(all.iter().all(|style| style.fg.is_none() && style.bg.is_none()));
         assert!(theme.bad != theme.text && theme.warn != theme.text && theme.bad != theme.warn);

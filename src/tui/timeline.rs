@@ -12,6 +12,8 @@ const LEAST: i64 = 100 * MILLISECOND;
 pub struct Bucket {
     /// How long bytes were on the wire, in nanoseconds, all buses together.
     pub busy_ns: i64,
+    /// Transactions, and what belongs to none.
+    pub rows: u64,
     /// Damaged runs, and transactions that went wrong.
     pub errors: u64,
     /// Single findings.
@@ -29,6 +31,7 @@ pub struct Bucket {
 impl Bucket {
     fn add(&mut self, other: &Bucket) {
         self.busy_ns = self.busy_ns.saturating_add(other.busy_ns);
+        self.rows = self.rows.saturating_add(other.rows);
         self.errors = self.errors.saturating_add(other.errors);
         self.findings = self.findings.saturating_add(other.findings);
         self.matches = self.matches.saturating_add(other.matches);
@@ -224,7 +227,7 @@ mod tests {
     use crate::time::SECOND;
 
     const ERROR: Bucket =
-        Bucket { busy_ns: 1, errors: 1, findings: 0, matches: 0, words: 0, breaks: 0, notes: 0 };
+        Bucket { busy_ns: 1, rows: 1, errors: 1, findings: 0, matches: 0, words: 0, breaks: 0, notes: 0 };
 
     #[test]
     fn a_year_fits_and_nothing_is_lost_in_it() {

@@ -128,6 +128,33 @@ fn a_session_is_kept_unless_that_is_refused_and_notes_with_it() {
 }
 
 #[test]
+fn what_passes_the_filter_of_a_live_session_is_exported_while_it_goes_on() {
+    let (home, mut bus) = (home(), Bus::new());
+    let mut terminal = Terminal::start(&["listen", &bus.path, "--line", "9600-8N1"], home.path());
+    terminal.wait_for("REC");
+    bus.wait_for_listener();
+    bus.say(&[0x01, 0x03, 0x26, 0x00, 0x00, 0x04, 0x4F, 0x41]);
+    terminal.wait_for("no response");
+    bus.say(&[0x02, 0x03, 0x26, 0x00, 0x00, 0x05, 0x8E, 0xB2]);
+    terminal.wait_for("2 rows");
+    terminal.press("/addr == 2\r");
+    terminal.wait_for("1 of 2 rows");
+    let path = home.path().join("part.jsonl");
+    terminal.press(&format!("w{}\r", path.display()));
+    terminal.wait_for("exported to");
+    let rows = std::fs::read_to_string(&path).expect("an export");
+    let rows: Vec<serde_json::Value> =
+        rows.lines().map(|row| serde_json::from_str(row).expect("JSON")).collect();
+    let transactions = rows.iter().filter(|row| row["type"] == "transaction");
+    assert_eq!(transactions.map(|row| row["address"].clone()).collect::<Vec<_>>(), [2]);
+    bus.say(&[0x02, 0x03, 0x26, 0x00, 0x00, 0x05, 0x8E, 0xB2]);
+    terminal.wait_for("2 of 3 rows");
+    terminal.press("q");
+    assert!(terminal.wait().success());
+    assert_eq!(info(&[Path::new(&printed_path(&terminal))])["bytes"], 24);
+}
+
+#[test]
 fn with_no_record_nothing_is_kept() {
     let (home, mut bus) = (home(), Bus::new());
     let args = ["listen", &bus.path, "--line", "9600-8N1", "--no-record"];

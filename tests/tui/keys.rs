@@ -403,12 +403,12 @@ fn what_is_done_outside_is_asked_for() {
     assert_eq!(session.press("r"), Some(Effect::Record(false)));
     filter(&mut session, "addr == 1");
     session.press("home m");
-    let marks = vec![session.row().time().expect("a time")];
+    let notes = vec![(session.row().time().expect("a time"), "mark".to_owned())];
     session.press("w");
     session.type_text("part.mcap");
     let effect = session.press("enter");
     let (filter, path) = (Some("addr == 1".to_owned()), "part.mcap".to_owned());
-    assert_eq!(effect, Some(Effect::Export { filter, path, marks }));
+    assert_eq!(effect, Some(Effect::Export { filter, path, notes }));
     assert_eq!(session.press("M"), Some(Effect::Mouse(false)));
     assert_eq!(session.press("ctrl-l"), Some(Effect::Redraw));
     assert_eq!(session.press("ctrl-z"), Some(Effect::Suspend));

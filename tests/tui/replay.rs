@@ -5,14 +5,14 @@ use std::sync::Arc;
 use crossterm::event::{KeyModifiers, MouseButton, MouseEvent, MouseEventKind};
 use ratatui::style::{Color, Modifier};
 use rtutap::analyze::filter::Filter;
-use rtutap::time::SECOND;
+use rtutap::time::{SECOND, Timestamp};
 use rtutap::tui::app::replay::{Order, Replay, Way};
 use rtutap::tui::app::{Effect, Message, Options};
 use rtutap::tui::sieve::Sieve;
-use rtutap::tui::store::{List, Row};
+use rtutap::tui::store::{List, Row, Store, Tone};
 use rtutap::tui::timeline::{Bucket, Series, Sought, Timeline};
 
-use crate::session::Session;
+use crate::session::{Session, Source};
 
 /// How long the recording is, in nanoseconds.
 const END: i64 = 600 * SECOND;
@@ -24,7 +24,7 @@ fn timeline() -> Timeline {
         let busy_ns = SECOND / 10 * (1 + second / 20 % 5);
         let errors = u64::from(second == 90 || second == 275);
         let findings = u64::from(second == 330);
-        events.add(second * SECOND, &Bucket { busy_ns, errors, findings, ..Bucket::default() });
+        events.add(second * SECOND, &Bucket { busy_ns, rows: 20, errors, findings, ..Bucket::default() });
     }
     Timeline { events, decoded_ns: 420 * SECOND, end_ns: END, share: 0.7, ..Timeline::default() }
 }
@@ -75,6 +75,115 @@ fn a_recording_that_is_played_with_a_filter() {
         let timeline = Arc::make_mut(&mut replay.timeline);
         (timeline.decoded_ns, timeline.is_complete, timeline.hits) = (END, true, Some((hits, 450 * SECOND)));
     });
+}
+
+/// Returns the traffic from some moment on, of which nobody knows what came before.
+fn provisional() -> Store {
+    let mut source = Source::new();
+    source.feed = source.feed.provisional(Timestamp::from_ns(0));
+    source.take(200);
+    source.feed = source.feed.begun_here(u64::MAX);
+    source.take(300);
+    source.feed.store().clone()
+}
+
+#[test]
+fn a_place_of_which_is_not_known_what_came_before() {
+    for (columns, lines) in [(40, 12), (80, 24), (140, 45)] {
+        let mut session = session(columns, lines, |_| {});
+        session.app.update(Message::Replaced(provisional()));
+        insta::assert_snapshot!(format!("replay_provisional_{columns}x{lines}"), session.screen());
+        let list = session.app.regions().list.expect("rows");
+        let row = &session.buffer()[(list.x + 4, list.y + 1)];
+        assert!(row.modifier.contains(Modifier::ITALIC));
+    }
+}
+
+#[test]
+fn what_is_not_known_of_provisional_rows_is_not_shown() {
+    let mut session = session(140, 45, |_| {});
+    session.press("v");
+    let frame = |session: &mut Session| {
+        let Some(Effect::Copy(json)) = session.press("J") else { panic!("nothing is copied") };
+        serde_json::from_str::<serde_json::Value>(&json).expect("JSON")
+    };
+    assert!(session.screen().contains("of the stream") && frame(&mut session)["id"].is_u64());
+    session.app.update(Message::Replaced(provisional()));
+    let json = frame(&mut session);
+    assert!(json["id"].is_null() && json["stream_offset"].is_null() && json["bytes"].is_string());
+    assert!(!session.screen().contains("of the stream") && !session.screen().contains('#'));
+    session.press("v");
+    let json = frame(&mut session);
+    assert!(json["id"].is_null() && json["request"].is_null() && json["response"].is_null());
+    session.press("4");
+    assert!(session.screen().contains("not known yet"), "{}", session.screen());
+}
+
+#[test]
+fn the_worse_a_bus_was_the_darker_its_trouble_is_drawn() {
+    let session = session(100, 30, |replay| {
+        let mut events = Series::default();
+        for second in 0..600 {
+            let errors = [1, 30, 90][usize::try_from(second / 200).expect("three")];
+            events.add(second * SECOND, &Bucket { rows: 100, errors, ..Bucket::default() });
+        }
+        Arc::make_mut(&mut replay.timeline).events = events;
+    });
+    let area = session.app.regions().timeline.expect("a timeline");
+    let glyph = |x: u16| session.buffer()[(area.x + x, area.y + 1)].symbol().to_owned();
+    assert_eq!([10, 50, 90].map(glyph), ["✗", "▓", "█"]);
+}
+
+#[test]
+fn what_is_noted_in_a_replay_is_kept_by_an_export() {
+    let mut session = session(80, 24, |_| {});
+    session.press("home m");
+    let time = session.row().time().expect("a time");
+    session.press("a");
+    session.type_text("cable moved");
+    assert_eq!(session.press("enter"), None);
+    assert!(session.screen().contains("an export (w) keeps it"), "{}", session.screen());
+    session.press("w");
+    session.type_text("part.mcap");
+    let effect = session.press("enter");
+    let notes = vec![(time, "mark".to_owned()), (time, "cable moved".to_owned())];
+    assert_eq!(effect, Some(Effect::Export { filter: None, path: "part.mcap".to_owned(), notes }));
+    assert_eq!(session.app.noted_places().count(), 1);
+}
+
+#[test]
+fn who_waits_for_a_row_in_a_replay_reads_that_it_pauses() {
+    let mut session = session(80, 24, |_| {});
+    session.press("b");
+    session.type_text("addr == 1");
+    assert!(matches!(order(session.press("enter")), Order::Break(Some(_))));
+    assert!(session.screen().contains("waits to pause"));
+}
+
+#[test]
+fn what_was_said_leaves_the_footer_with_the_next_key() {
+    let mut session = session(80, 24, |_| {});
+    session.app.update(Message::Said(Tone::Info, "there is no error after this".to_owned()));
+    assert!(session.screen().contains("no error after"));
+    session.press("home");
+    assert!(!session.screen().contains("no error after"));
+    session.app.update(Message::Said(Tone::Bad, "the disk is full".to_owned()));
+    session.press("home");
+    assert!(session.screen().contains("the disk is full"), "a warning stays its time");
+}
+
+#[test]
+fn an_empty_list_says_whether_any_row_of_the_recording_passes() {
+    for (is_complete, said) in [(false, "no row here passes"), (true, "no row of the recording passes")] {
+        let mut session = session(80, 24, |replay| {
+            let timeline = Arc::make_mut(&mut replay.timeline);
+            (timeline.is_complete, timeline.hits) = (is_complete, Some((Series::default(), END)));
+        });
+        session.press("/");
+        session.type_text("addr == 200");
+        session.press("enter");
+        assert!(session.screen().contains(said), "{}", session.screen());
+    }
 }
 
 #[test]

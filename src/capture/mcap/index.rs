@@ -90,6 +90,23 @@ impl Index {
         Some((time(first), time(last)))
     }
 
+    /// Returns when the chunk begins from which at least `bytes` of messages lead up to a time, or the first one.
+    pub(super) fn before(&self, time: Timestamp, bytes: u64) -> Option<Timestamp> {
+        let log = u64::try_from(time.as_ns()).unwrap_or(0);
+        let chunks = self.summary.chunk_indexes.iter();
+        let mut chunks: Vec<_> =
+            chunks.filter(|chunk| (1..=log).contains(&chunk.message_start_time)).collect();
+        chunks.sort_by_key(|chunk| chunk.message_start_time);
+        let mut rest = bytes;
+        // Nobody knows how much of the last one lies before the time.
+        let whole = chunks.iter().rev().skip(1).find(|chunk| {
+            rest = rest.saturating_sub(chunk.uncompressed_size);
+            rest == 0
+        });
+        let begin = whole.or(chunks.first())?.message_start_time;
+        Some(Timestamp::from_ns(i64::try_from(begin).unwrap_or(i64::MAX)))
+    }
+
     /// Plans to read what was logged within these times: its chunks, and before it those with line settings.
     ///
     /// The first chunk has the session's anchor, and is always read.

@@ -199,6 +199,14 @@ impl Recording {
         true
     }
 
+    /// Reads only what leads up to a time, from at least `bytes` of messages before, and all that follows.
+    ///
+    /// Returns false and reads everything when the file has no index, or was begun to be read.
+    pub fn start_near(&mut self, time: Timestamp, bytes: u64) -> bool {
+        let from = self.index.as_ref().and_then(|index| index.before(time, bytes));
+        from.is_some_and(|from| self.select(from, Timestamp::from_ns(i64::MAX)))
+    }
+
     /// Returns where to go on later; `None` while items wait or a chunk is read, and for streams.
     pub fn place(&self) -> Option<Place> {
         let can_go = matches!(self.messages.source(), Source::File(_))

@@ -22,7 +22,8 @@ fn notes_of_the_recording_and_marks_of_the_screen_are_kept() {
     let inputs = journal.finish("finished").expect("a disk that works");
     let equipment = cli::Equipment::default();
     let filter = Some("addr == 1".to_owned());
-    run(&of(inputs, filter, path("b.mcap"), equipment, vec![time(2)])).expect("an export");
+    run(&of(inputs, filter, path("b.mcap"), equipment, vec![(time(2), "mark".to_owned())]))
+        .expect("an export");
     let mut input = Input::open(&path("b.mcap"), None).expect("a recording");
     let mut notes = Vec::new();
     while let Some(item) = input.next_item().expect("a disk that works") {

@@ -101,11 +101,11 @@ fn outside(
     let is_sent = match effect {
         Effect::Note(time, text) => requests.send(Request::Note(time, text)).is_ok(),
         Effect::Record(is_on) => requests.send(Request::Record(is_on)).is_ok(),
-        Effect::Export { filter, path, marks } => {
+        Effect::Export { filter, path, notes } => {
             let Some(recording) = &app.recording else {
                 return Some((Tone::Warn, "nothing is recorded that could be exported".to_owned()));
             };
-            let args = export::of(parts(recording), filter, path.into(), equipment.clone(), marks);
+            let args = export::of(parts(recording), filter, path.into(), equipment.clone(), notes);
             return Some(start_export(args));
         }
         _ => return None,

@@ -54,8 +54,7 @@ impl App {
             Action::Filter => self.ask(Ask::Filter),
             Action::Break => self.ask(Ask::Break),
             Action::Search => self.ask(Ask::Search),
-            Action::Note if self.is_live => self.ask(Ask::Note),
-            Action::Note => self.say(Tone::Warn, "notes are taken while a bus is live".to_owned()),
+            Action::Note => self.ask(Ask::Note),
             Action::GoToTime => self.ask(Ask::Time),
             Action::Export => self.ask(Ask::Export),
             Action::SearchNext | Action::SearchPrevious => {

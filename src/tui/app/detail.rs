@@ -61,7 +61,7 @@ impl Detail {
                     Some(Row::Exchange(exchange)) => &exchange.fields[..],
                     _ => &[],
                 };
-                detail.run(run, fields, run.role);
+                detail.run(store, run, fields, run.role);
             }
             Some(Row::Remark(remark)) => detail.line(0, "", &remark.text, 0..0, Tone::Info, None),
             None => {}
@@ -91,7 +91,7 @@ impl Detail {
                 _ => None,
             });
             match (run, side) {
-                (Some(run), _) => self.run(run, &exchange.fields, role),
+                (Some(run), _) => self.run(store, run, &exchange.fields, role),
                 (None, Some(_)) => {
                     self.line(0, role.name(), "its bytes have left memory", 0..0, Tone::Info, None);
                 }
@@ -108,10 +108,11 @@ impl Detail {
     }
 
     /// Adds a frame with its fields: those of the specification, and in them those of the device.
-    fn run(&mut self, run: &Run, fields: &[Field], role: Role) {
-        let title = match run.reason() {
-            Some(reason) => format!("{} #{}", reason.name(), run.id),
-            None => format!("{} #{}", run.role.name(), run.id),
+    fn run(&mut self, store: &Store, run: &Run, fields: &[Field], role: Role) {
+        let name = run.reason().map_or(run.role.name(), |reason| reason.name());
+        let title = match store.known_from() {
+            Some(_) => name.to_owned(),
+            None => format!("{name} #{}", run.id),
         };
         let marked = run.line_errors.iter().map(|error| error.offset as usize).collect();
         self.sides.push(Side { title: title.clone(), bytes: run.bytes.clone(), marked });
@@ -120,7 +121,7 @@ impl Detail {
         self.line(
             0,
             &title,
-            &about(run),
+            &about(store, run),
             0..length,
             tone,
             Some(match run.reason() {
@@ -182,13 +183,15 @@ impl Detail {
 }
 
 /// Says where and when a run of bytes was.
-fn about(run: &Run) -> String {
+fn about(store: &Store, run: &Run) -> String {
     let bytes = run.bytes.len();
     let mut text = format!("{bytes} byte{}", if bytes == 1 { "" } else { "s" });
     if run.time.is_some() {
         text += &format!(", time ±{:.1} ms", run.uncertainty_ns as f64 / MILLISECOND as f64);
     }
-    text += &format!(", at byte {} of the stream", run.stream_offset);
+    if store.known_from().is_none() {
+        text += &format!(", at byte {} of the stream", run.stream_offset);
+    }
     if run.is_echo() {
         text += ", echo of the adapter";
     }

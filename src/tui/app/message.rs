@@ -88,8 +88,8 @@ pub enum Effect {
         filter: Option<String>,
         /// The file.
         path: String,
-        /// The times of the traffic that were marked.
-        marks: Vec<Timestamp>,
+        /// What was marked and noted, at times of the traffic.
+        notes: Vec<(Timestamp, String)>,
     },
     /// Take the mouse, or leave it to the terminal.
     Mouse(bool),

@@ -77,6 +77,8 @@ pub struct App {
     history: [Vec<String>; 2],
     /// The window over the view.
     pub dialog: Option<Dialog>,
+    /// How many messages there were when a key was pressed last.
+    seen: usize,
     /// What was said, with the time, the newest at the end.
     pub messages: Vec<(Option<Timestamp>, Tone, String)>,
     /// The recording under way.
@@ -123,6 +125,7 @@ impl App {
             prompt: None,
             history: [Vec::new(), Vec::new()],
             dialog: None,
+            seen: 0,
             messages: Vec::new(),
             recording: None,
             time: options.time,
@@ -179,7 +182,9 @@ impl App {
             (Some(time), Some(now)) => now - *time < SAID_FOR,
             _ => true,
         };
-        is_recent.then_some((*tone, text.as_str()))
+        // Who goes on has read what was no warning.
+        let is_new = self.messages.len() > self.seen || *tone >= Tone::Warn;
+        (is_recent && is_new).then_some((*tone, text.as_str()))
     }
 
     /// Returns what was typed before in a kind of line.
@@ -191,6 +196,7 @@ impl App {
     pub fn say(&mut self, tone: Tone, text: impl Into<String>) {
         if self.messages.len() == MOST_MESSAGES {
             self.messages.remove(0);
+            self.seen = self.seen.saturating_sub(1);
         }
         self.messages.push((self.now, tone, text.into()));
     }
@@ -311,6 +317,7 @@ impl App {
     }
 
     fn key(&mut self, key: KeyEvent) -> Option<Effect> {
+        self.seen = self.messages.len();
         if let Some(mut prompt) = self.prompt.take() {
             let typed =
                 prompt.key(key, &self.vocabulary, &self.history[usize::from(!prompt.ask.is_filter())]);

@@ -67,6 +67,26 @@ pub enum Order {
     Stay,
 }
 
+impl Order {
+    /// Returns the same order from the playhead, where it was to be done from a row.
+    pub fn without_row(self) -> Order {
+        match self {
+            Order::Find { what, is_forward, .. } => Order::Find { what, is_forward, before: None },
+            Order::Words { sieve, is_forward, .. } => Order::Words { sieve, is_forward, before: None },
+            order => order,
+        }
+    }
+
+    /// Returns what it looks for, and whether forward.
+    pub fn sought(&self) -> Option<(Sought, bool)> {
+        match self {
+            Order::Find { what, is_forward, .. } => Some((*what, *is_forward)),
+            Order::Words { is_forward, .. } => Some((Sought::Words, *is_forward)),
+            _ => None,
+        }
+    }
+}
+
 /// Is the state of a replay, as the player tells it.
 #[derive(Clone, Debug, Default)]
 pub struct Replay {
@@ -119,6 +139,8 @@ pub(super) struct Deck {
     looked: Option<Filter>,
     /// Marked places.
     marks: Vec<i64>,
+    /// What was noted here, with the time of the traffic.
+    notes: Vec<(Timestamp, String)>,
     /// Whether the playhead is dragged.
     is_dragged: bool,
     /// What is to be selected when the player has arrived.
@@ -145,8 +167,32 @@ impl App {
         &self.deck.marks
     }
 
+    /// Returns the places of what was noted here, in nanoseconds from the beginning.
+    pub fn noted_places(&self) -> impl Iterator<Item = i64> {
+        let origin = self.deck.replay.as_ref().and_then(|replay| replay.timeline.origin);
+        self.deck.notes.iter().filter_map(move |(time, _)| Some(*time - origin?))
+    }
+
+    /// Notes something about a time of the recording; it is kept until it is exported.
+    pub(super) fn note_place(&mut self, time: Option<Timestamp>, text: String) {
+        let Some(time) = time else {
+            return self.say(Tone::Warn, "a note is of a time, and this recording has none");
+        };
+        self.deck.notes.push((time, text));
+        let key = self.shown_key(Action::Export);
+        self.say(Tone::Good, format!("noted; an export ({key}) keeps it"));
+    }
+
+    /// Returns what was marked, and in a recording what was noted, in the order of time.
+    pub(super) fn remarks(&self) -> Vec<(Timestamp, String)> {
+        let marks = self.marked_times().into_iter().map(|time| (time, "mark".to_owned()));
+        let mut remarks: Vec<_> = marks.chain(self.deck.notes.iter().cloned()).collect();
+        remarks.sort_by_key(|(time, _)| *time);
+        remarks
+    }
+
     /// Returns the times that were marked, in order.
-    pub(super) fn marked_times(&self) -> Vec<Timestamp> {
+    fn marked_times(&self) -> Vec<Timestamp> {
         let mut times: Vec<Timestamp> = match &self.deck.replay {
             Some(replay) => self.deck.marks.iter().filter_map(|at| replay.timeline.time(*at)).collect(),
             None => self.traffic.marked_times().collect(),
@@ -318,7 +364,7 @@ impl App {
         }
         let replay = self.deck.replay.as_ref()?;
         let (here, series) = (replay.playhead, &replay.timeline.events);
-        let marks = self.deck.marks.iter().copied();
+        let marks = self.deck.marks.iter().copied().chain(self.noted_places());
         let (mark, note) = if is_forward {
             let note = series.next_with(Sought::Note, series.index(here).saturating_add(1));
             (marks.filter(|at| *at > here).min(), note.map(|at| series.begin_of(at)))

@@ -3,7 +3,7 @@
 use super::prompt::{self, Ask, Prompt, Target, time_filter};
 use super::replay::Order;
 use super::traffic::Pane;
-use super::{App, Effect, View};
+use super::{Action, App, Effect, View};
 use crate::analyze::filter::{Filter, Vocabulary};
 use crate::section::nearest;
 use crate::time::SECOND;
@@ -77,8 +77,12 @@ impl App {
                 // A note is on the selected row, unless the newest one is followed.
                 let row = self.traffic.row(&self.store).filter(|_| !self.traffic.is_following);
                 let time = row.and_then(Row::time).filter(|_| self.view == View::Traffic);
-                let time = time.or(self.newest().now()).or(self.now);
-                return Some(Effect::Note(time, text));
+                let time = time.or(self.newest().now());
+                if self.replay().is_some() {
+                    self.note_place(time, text);
+                    return None;
+                }
+                return Some(Effect::Note(time.or(self.now), text));
             }
             Ask::Time => match self.order_of_time(&text) {
                 Some(order) => return Some(self.effect(order)),
@@ -87,7 +91,7 @@ impl App {
             Ask::Export if text.is_empty() => {}
             Ask::Export => {
                 let filter = self.filter.as_ref().map(Filter::to_string);
-                return Some(Effect::Export { filter, path: text, marks: self.marked_times() });
+                return Some(Effect::Export { filter, path: text, notes: self.remarks() });
             }
         }
         None
@@ -115,7 +119,16 @@ impl App {
         self.filter = filter;
         self.traffic.reset(&self.store, self.filter.as_ref());
         if self.traffic.order.len(&self.store) == 0 && self.filter.is_some() {
-            self.say(Tone::Info, "no row passes the filter yet");
+            let (next, last) = (self.shown_key(Action::Down), self.shown_key(Action::Up));
+            self.say(
+                Tone::Info,
+                match self.is_live {
+                    true => "no row passes the filter yet".to_owned(),
+                    false => {
+                        format!("no row here passes; {next} goes to the next that does, {last} to the last")
+                    }
+                },
+            );
         }
     }
 

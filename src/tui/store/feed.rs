@@ -8,7 +8,7 @@ use super::health::Health;
 use super::learn::{LOOK_BACK, fields, frame_number, guesses, register, settings};
 use super::names::Names;
 use super::row::{Exchange, Remark, RemarkKind, Row, Run, RunKind};
-use super::{Bus, Store};
+use super::{Bus, PROVISIONAL, Pages, Store};
 use crate::decode::frame::{Damaged, Frame, Place, Role};
 use crate::decode::transaction::{Outcome, Transaction};
 use crate::device::{Identified, Meaning, Reading};
@@ -48,12 +48,31 @@ pub struct Feed {
     names: Names,
     /// Damaged runs that may yet be told by a transaction: number among the frames, and id.
     held: VecDeque<(u64, u64)>,
+    /// Whether it began in the middle of traffic.
+    is_provisional: bool,
 }
 
 impl Feed {
     /// Begins with nothing; `labels` shorten the ids of devices.
     pub fn new(labels: Labels) -> Self {
-        Feed { store: Store::default(), labels, names: Names::default(), held: VecDeque::new() }
+        Feed {
+            store: Store::default(),
+            labels,
+            names: Names::default(),
+            held: VecDeque::new(),
+            is_provisional: false,
+        }
+    }
+
+    /// Returns a feed that begins in the middle of traffic that begins at `origin`, of which nothing before is known: its
+    /// rows are numbered from [`PROVISIONAL`]. This one has taken nothing.
+    pub fn provisional(&self, origin: Timestamp) -> Self {
+        let mut feed = self.clone();
+        feed.store.begun = Some(origin);
+        feed.store.exchanges.pages = Pages::from_number(PROVISIONAL);
+        feed.store.frames.pages = Pages::from_number(PROVISIONAL);
+        feed.is_provisional = true;
+        feed
     }
 
     /// Returns what the views show.
@@ -112,8 +131,11 @@ impl Feed {
             Event::Lost(lost) => self.lost(bus, lost),
             Event::Identified { identified, time } => self.identified(bus, identified, *time),
             Event::Transaction { transaction, meaning, codes } => {
+                let codes = if self.is_provisional { &[] } else { *codes };
                 self.transaction(bus, transaction, meaning, codes);
             }
+            // Whoever has not seen all cannot tell what is wrong.
+            Event::Finding(_) if self.is_provisional => {}
             Event::Finding(finding) => self.store.findings.take(bus, finding),
             // What is derived comes with its transaction.
             Event::Reading { .. } => {}
@@ -159,6 +181,20 @@ impl Feed {
         store.devices.iter_mut().for_each(|device| Arc::make_mut(device).thin());
         store.buses.iter_mut().for_each(|bus| Arc::make_mut(&mut Arc::make_mut(bus).health).thin());
         store.findings.forget_frames(LATEST_FRAMES);
+        copy
+    }
+
+    /// Returns a copy that begins here, without what came before: it keeps devices as what they were recognised, and
+    /// rows that are open. `settled_frame` is as for [`Feed::settle`].
+    pub fn begun_here(&self, settled_frame: u64) -> Feed {
+        let mut copy = self.checkpoint(settled_frame);
+        let store = &mut copy.store;
+        store.known_from = store.now;
+        for device in &mut store.devices {
+            let device = Arc::make_mut(device);
+            (device.outcomes, device.damaged) = Default::default();
+        }
+        store.buses.iter_mut().for_each(|bus| Arc::make_mut(bus).health = Arc::default());
         copy
     }
 
@@ -309,6 +345,9 @@ impl Feed {
         }
         (device.id, device.label, device.evidence) = (Some(id), label, Some(evidence));
         device.serial = serial.or_else(|| device.serial.take());
+        if self.is_provisional {
+            return; // it may have been known long before
+        }
         let text = format!("{} recognised by {}", identified.device, identified.evidence).into();
         let address = Some(identified.address);
         self.remark(Remark { bus, time, address, kind: RemarkKind::Identified, text });

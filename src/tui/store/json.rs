@@ -36,6 +36,7 @@ impl<'a> RowJson<'a> {
     fn exchange(&self, row: &Exchange, key: &str) -> Json {
         match key {
             "type" => json!("transaction"),
+            "id" | "request" | "response" if self.store.known_from().is_some() => Json::Null,
             "id" => json!(row.id),
             "start_ns" => json!(row.time.map(|time| time.as_ns())),
             "end_ns" => json!(row.end.map(|time| time.as_ns())),
@@ -65,6 +66,7 @@ impl<'a> RowJson<'a> {
         };
         match key {
             "type" => json!(if run.reason().is_some() { "damaged" } else { "frame" }),
+            "id" | "stream_offset" if self.store.known_from().is_some() => Json::Null,
             "id" => json!(run.id),
             "start_ns" => json!(run.time.map(|time| time.as_ns())),
             "end_ns" => json!(run.end.map(|time| time.as_ns())),

@@ -39,6 +39,9 @@ pub const MOST_ROWS: u64 = 100_000;
 /// How much memory the rows of a list take at most, in bytes, by estimate.
 pub const MOST_BYTES: usize = 32 << 20;
 
+/// From where on rows are counted while nobody knows how many came before them.
+pub const PROVISIONAL: u64 = 1 << 40;
+
 /// Names the lists of rows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum List {
@@ -114,6 +117,8 @@ pub struct Store {
     begun: Option<Timestamp>,
     /// Up to when everything is in here.
     now: Option<Timestamp>,
+    /// From when on it was decoded, where that is not from the beginning.
+    known_from: Option<Timestamp>,
     /// Counts what happened: two stores of one session with the same count are the same.
     revision: u64,
 }
@@ -156,6 +161,17 @@ impl Store {
     /// Returns up to when everything is in here; `None` for traffic without times.
     pub fn now(&self) -> Option<Timestamp> {
         self.now
+    }
+
+    /// Returns from when on the traffic was decoded, where what came before is not known yet: numbers, ids
+    /// and offsets of rows say nothing then, findings are not there, and devices and counts are those since.
+    pub fn known_from(&self) -> Option<Timestamp> {
+        self.known_from
+    }
+
+    /// Returns since when counts and series are in here: the first time there is, or from when on it was decoded.
+    pub fn counted_since(&self) -> Option<Timestamp> {
+        self.known_from.or(self.begun)
     }
 
     /// Returns about how many bytes of memory it takes.

@@ -23,6 +23,11 @@ impl<T> Default for Pages<T> {
 }
 
 impl<T> Pages<T> {
+    /// Begins with nothing; the first element will have this number.
+    pub(super) fn from_number(number: u64) -> Self {
+        Pages { pages: VecDeque::new(), first: number, total: number }
+    }
+
     /// Returns the number of the first element that is still kept.
     pub fn first_kept(&self) -> u64 {
         self.first

@@ -241,7 +241,7 @@ fn right(app: &App, device: &Device, item: Option<PageItem>, area: Rect, buffer:
 /// Returns over which times quantities are drawn, the same for all: what was chosen, but not before the first byte.
 fn span(app: &App) -> Option<(Timestamp, Timestamp)> {
     let store = app.store();
-    let (begun, now) = (store.begun()?, store.now()?);
+    let (begun, now) = (store.counted_since()?, store.now()?);
     let from = if app.span_s > 0 { now - app.span_s.saturating_mul(SECOND) } else { begun };
     Some((from.max(begun), now))
 }

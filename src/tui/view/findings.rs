@@ -26,7 +26,11 @@ pub fn heights(height: u16) -> (u16, u16) {
 pub(super) fn draw(app: &App, area: Rect, buffer: &mut Buffer) {
     let findings = app.store().findings().list();
     if findings.is_empty() {
-        return super::empty(app, area, &["nothing was found wrong with the traffic so far"], buffer);
+        let lines: &[&str] = match app.store().known_from() {
+            Some(_) => &["not known yet:", "what came before is not decoded"],
+            None => &["nothing was found wrong with the traffic so far"],
+        };
+        return super::empty(app, area, lines, buffer);
     }
     let spec = |width, extra, leaves| Spec { width, extra, leaves };
     let specs =

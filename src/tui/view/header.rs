@@ -55,6 +55,9 @@ fn state(app: &App) -> Vec<(String, Style)> {
     let theme = &app.theme;
     let store = app.newest();
     let mut state = Vec::new();
+    if store.known_from().is_some() {
+        state.push(("PROVISIONAL".to_owned(), theme.warn));
+    }
     for bus in store.buses() {
         if let Some(since) = bus.away_since {
             let for_ns = store.now().or(app.now()).map_or(0, |now| now - since);
@@ -67,7 +70,8 @@ fn state(app: &App) -> Vec<(String, Style)> {
         let new = store.list(list).total() - app.store().list(list).total().min(store.list(list).total());
         state.push((format!("FROZEN +{}", thousands(new)), theme.strong));
     } else if app.breaks_on.is_some() {
-        state.push(("waits to freeze".to_owned(), theme.accent));
+        let waits = if app.replay().is_some() { "waits to pause" } else { "waits to freeze" };
+        state.push((waits.to_owned(), theme.accent));
     }
     match &app.recording {
         Some(recording) if recording.trouble.is_some() => state.push(("✗ REC".to_owned(), theme.alarm)),

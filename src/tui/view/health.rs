@@ -42,7 +42,7 @@ fn of_late(app: &App, bus: &Bus) -> Option<(f64, f64, f64)> {
     let store = app.newest();
     // The second under way is not over yet.
     let now = store.now()?.as_ns().div_euclid(SECOND);
-    let since = store.begun()?.as_ns().div_euclid(SECOND);
+    let since = store.counted_since()?.as_ns().div_euclid(SECOND);
     let seconds = (now - since).clamp(1, LATE_S);
     let steps = bus.health.steps(now - seconds, 1, now);
     let sum = |of: fn(&Second) -> f64| steps.iter().map(of).sum::<f64>() / seconds as f64;
@@ -121,7 +121,7 @@ fn parts(app: &App, bus: &Bus, area: Rect, buffer: &mut Buffer) {
 fn series(app: &App, bus: &Bus, area: Rect, buffer: &mut Buffer) {
     let theme = &app.theme;
     let store = app.store();
-    let (Some(now), Some(begun)) = (store.now(), store.begun()) else {
+    let (Some(now), Some(begun)) = (store.now(), store.counted_since()) else {
         put(buffer, area, area.x, area.y, "the input has no times: nothing can be said over time", theme.dim);
         return;
     };
@@ -334,7 +334,7 @@ fn counts(app: &App, bus: &Bus) -> String {
         thousands(health.frames),
         thousands(health.transactions())
     );
-    if let (Some(now), Some(begun)) = (app.store().now(), app.store().begun()) {
+    if let (Some(now), Some(begun)) = (app.store().now(), app.store().counted_since()) {
         text += &format!(" in {}", age(now - begun));
     }
     text

@@ -22,6 +22,10 @@ use crate::tui::widget::text::{put, put_right, thousands, width};
 
 /// What stands where the recording is not decoded yet.
 const UNKNOWN: &str = "┄";
+/// From what share of rows that went wrong on it is called often.
+const OFTEN: f64 = 0.1;
+/// From what share on nearly all of it did.
+const MOSTLY: f64 = 0.5;
 /// A place that was marked.
 const MARK: &str = "◆";
 /// What somebody noted.
@@ -58,6 +62,7 @@ struct Columns {
     events: Vec<Bucket>,
     hits: Vec<Bucket>,
     marks: Vec<bool>,
+    notes: Vec<bool>,
     /// How many are decoded.
     decoded: usize,
     head: usize,
@@ -71,7 +76,10 @@ impl Columns {
             let share = i128::from(at.clamp(0, end)) * count.saturating_sub(1) as i128 / i128::from(end);
             usize::try_from(share).unwrap_or(0)
         };
-        let mut marks = vec![false; count];
+        let (mut marks, mut notes) = (vec![false; count], vec![false; count]);
+        for at in app.noted_places() {
+            notes[column(at)] = true; // below the count
+        }
         for at in app.marked_places() {
             marks[column(*at)] = true; // below the count
         }
@@ -79,6 +87,7 @@ impl Columns {
             events: timeline.events.columns(end, count),
             hits: timeline.hits.as_ref().map(|(hits, _)| hits.columns(end, count)).unwrap_or_default(),
             marks,
+            notes,
             decoded: if timeline.is_complete { count } else { column(timeline.decoded_ns) },
             head: column(replay.playhead),
         }
@@ -91,16 +100,25 @@ impl Columns {
         if self.marks.get(at) == Some(&true) {
             return Some((MARK, theme.accent));
         }
-        if event.notes > 0 {
+        if event.notes > 0 || self.notes.get(at) == Some(&true) {
             return Some((NOTE, theme.strong));
         }
         if self.hits.get(at).is_some_and(|hit| hit.matches > 0) {
             return Some((HIT, theme.accent));
         }
         if event.errors > 0 {
-            return Some((glyph(Tone::Bad), theme.bad));
+            return Some((trouble(event), theme.bad));
         }
         (event.findings > 0).then_some((glyph(Tone::Warn), theme.warn))
+    }
+}
+
+/// Returns what stands for the share of rows that went wrong: the more, the darker.
+fn trouble(event: &Bucket) -> &'static str {
+    match event.errors as f64 / event.rows.max(1) as f64 {
+        share if share >= MOSTLY => "█",
+        share if share >= OFTEN => "▓",
+        _ => glyph(Tone::Bad),
     }
 }
 
@@ -165,6 +183,11 @@ fn status(app: &App, replay: &Replay, area: Rect, buffer: &mut Buffer) {
     }
     x = put(buffer, area, x, area.y, &of, theme.dim) + 2;
     let mut parts = known(timeline);
+    if let Some(from) = app.store().known_from() {
+        // To the second: where there is little room this stays.
+        let from = app.clock().of_day(from);
+        parts.insert(0, format!("known from {}", from.split('.').next().unwrap_or(&from)));
+    }
     while parts.iter().map(|part| width(part) + 3).sum::<usize>()
         > usize::from(rest.right().saturating_sub(x))
     {

@@ -21,6 +21,7 @@ use crate::tui::app::traffic::Pane;
 use crate::tui::layout::Regions;
 use crate::tui::store::{Exchange, Field, List, RemarkKind, Row, Run, Tone};
 use crate::tui::theme::glyph;
+use crate::tui::timeline::Sought;
 use crate::tui::widget::columns::{Placed, Spec, fit};
 use crate::tui::widget::text::{put, put_right, shade, thousands, width};
 
@@ -74,8 +75,14 @@ fn list(app: &App, area: Rect, buffer: &mut Buffer) {
     }
     let count = traffic.order.len(store);
     if count == 0 {
+        let hits = app.replay().and_then(|replay| replay.timeline.hits.as_ref().zip(Some(&replay.timeline)));
+        let passing = hits.map(|((hits, until), timeline)| {
+            (hits.total(Sought::Match), timeline.is_complete && *until >= timeline.decoded_ns)
+        });
         let lines: &[&str] = match (&app.filter, app.is_live) {
-            (Some(_), _) => &["no row passes the filter"],
+            (Some(_), false) if passing == Some((0, true)) => &["no row of the recording passes the filter"],
+            (Some(_), false) => &["no row here passes the filter"],
+            (Some(_), true) => &["no row passes the filter yet"],
             (None, true) => &["nothing was received yet", "", "rtutap only listens: a master has to ask"],
             (None, false) => &["nothing is decoded yet"],
         };
@@ -87,6 +94,9 @@ fn list(app: &App, area: Rect, buffer: &mut Buffer) {
         let Some(number) = traffic.order.number(store, top + index) else { break };
         let Some(row) = rows.get(number) else { continue };
         line(app, area, inner, y, number, row, &columns, buffer);
+        if store.known_from().is_some() {
+            shade(buffer, area, y, app.theme.provisional);
+        }
         if Some(number) == traffic.selected {
             let has_focus = traffic.pane == Pane::List;
             let style = if has_focus { app.theme.selected } else { app.theme.selected_elsewhere };

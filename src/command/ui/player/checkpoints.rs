@@ -7,11 +7,13 @@ use super::reel::Place;
 use crate::tui::timeline::{Series, Timeline};
 
 /// How many checkpoints are kept.
-const MOST: usize = 2048;
+const MOST: usize = 4096;
 /// How much memory they take at most, in bytes, by estimate.
-const MOST_BYTES: usize = 64 << 20;
-/// How many bytes of buses lie between two at first.
+const MOST_BYTES: usize = 128 << 20;
+/// How many bytes of buses lie between two at least.
 const LEAST: u64 = 16 * 1024;
+/// What share of the memory is planned for: later checkpoints are a little larger than those before.
+const PLANNED: f64 = 0.8;
 
 /// What part of the way to the next checkpoint gives rows enough to look at.
 const LEAD: i64 = 8;
@@ -22,39 +24,48 @@ pub(super) struct Checkpoint<'a> {
     pub(super) decoder: Decoder<'a>,
 }
 
-/// Holds checkpoints in order, ever further apart as there are more, or as they are larger.
+/// Holds checkpoints in order, as close to each other as the memory for them allows.
 pub(super) struct Checkpoints<'a> {
     list: Vec<Arc<Checkpoint<'a>>>,
-    apart: u64,
+    least: u64,
     /// How much memory they take, in bytes, by estimate.
     size: usize,
+    most_bytes: usize,
 }
 
 impl Default for Checkpoints<'_> {
     fn default() -> Self {
-        Checkpoints { list: Vec::new(), apart: LEAST, size: 0 }
+        Checkpoints { list: Vec::new(), least: LEAST, size: 0, most_bytes: MOST_BYTES }
     }
 }
 
 impl<'a> Checkpoints<'a> {
-    /// Returns after how many bytes it is time for another one.
-    pub(super) fn due(&self) -> u64 {
-        self.list.last().map_or(0, |last| last.decoder.reached().bytes.saturating_add(self.apart))
+    /// Returns after how many bytes it is time for another one, where there will be about `total` bytes.
+    pub(super) fn due(&self, total: u64) -> u64 {
+        let Some(last) = self.list.last() else { return 0 };
+        let room =
+            (self.most_bytes as f64 * PLANNED / last.decoder.size().max(1) as f64).clamp(1.0, MOST as f64);
+        let apart = (total as f64 / room) as u64;
+        last.decoder.reached().bytes.saturating_add(apart.max(self.least))
     }
 
-    /// Adds the next one; keeps every other one when there are too many.
+    /// Adds the next one; drops those that are missed least when there are too many.
     pub(super) fn add(&mut self, checkpoint: Checkpoint<'a>) {
         self.size = self.size.saturating_add(checkpoint.decoder.size());
         self.list.push(Arc::new(checkpoint));
-        while self.list.len() > MOST || (self.size > MOST_BYTES && self.list.len() > 2) {
-            let mut at = 0_usize;
-            self.list.retain(|_| {
-                at += 1;
-                at % 2 == 1
-            });
-            self.size = self.list.iter().map(|checkpoint| checkpoint.decoder.size()).sum();
-            self.apart = self.apart.saturating_mul(2);
+        while self.list.len() > MOST || self.size > self.most_bytes {
+            let Some(least_missed) = self.least_missed() else { return };
+            let dropped = self.list.remove(least_missed);
+            self.size = self.size.saturating_sub(dropped.decoder.size());
         }
+    }
+
+    /// Returns the one without which the way from the one before to the one after is shortest; never the first or last.
+    fn least_missed(&self) -> Option<usize> {
+        let bytes = |checkpoint: &Checkpoint<'_>| checkpoint.decoder.reached().bytes;
+        let around = self.list.windows(3).enumerate();
+        let way = |three: &[Arc<Checkpoint<'a>>]| bytes(&three[2]).saturating_sub(bytes(&three[0])); // three each
+        around.min_by_key(|(_, three)| way(three)).map(|(before, _)| before + 1)
     }
 
     /// Returns the last one for which something holds that holds for all before it.
@@ -83,10 +94,30 @@ impl<'a> Checkpoints<'a> {
         self.list.get(if is_far { last } else { last.saturating_sub(1) }).cloned()
     }
 
+    /// Returns how many bytes of buses lie between the one before where `measure` is `target`, and the one after.
+    pub(super) fn apart(&self, measure: &dyn Fn(&Decoder<'a>) -> i64, target: i64) -> u64 {
+        let bytes = |index: usize| self.list.get(index).map_or(0, |at| at.decoder.reached().bytes);
+        let after = self.list.partition_point(|checkpoint| measure(&checkpoint.decoder) <= target);
+        let after = after.min(self.list.len().saturating_sub(1));
+        bytes(after).saturating_sub(bytes(after.saturating_sub(1)))
+    }
+
     /// Keeps one every so many bytes.
     #[cfg(test)]
-    pub(super) fn every(apart: u64) -> Self {
-        Checkpoints { apart, ..Checkpoints::default() }
+    pub(super) fn every(least: u64) -> Self {
+        Checkpoints { least, ..Checkpoints::default() }
+    }
+
+    /// Keeps no more than fits in so many bytes of memory.
+    #[cfg(test)]
+    pub(super) fn within(most_bytes: usize) -> Self {
+        Checkpoints { least: 1, most_bytes, ..Checkpoints::default() }
+    }
+
+    /// Returns after how many bytes of buses each is, and how much memory all take.
+    #[cfg(test)]
+    pub(super) fn spread(&self) -> (Vec<u64>, usize) {
+        (self.list.iter().map(|checkpoint| checkpoint.decoder.reached().bytes).collect(), self.size)
     }
 
     /// Returns how many there are.

@@ -86,6 +86,17 @@ impl<'a> Decoder<'a> {
         }
     }
 
+    /// Returns a decoder that begins in the middle of a recording that begins at `origin`; this one has taken nothing.
+    pub(super) fn provisional(&self, origin: Timestamp) -> Self {
+        let reached = Reached { origin: Some(origin), ..Reached::default() };
+        Decoder { feed: self.feed.provisional(origin), reached, ..self.clone() }
+    }
+
+    /// Forgets what was decoded so far, but for what it takes to go on.
+    pub(super) fn begin_here(&mut self) {
+        self.feed = self.feed.begun_here(self.session.settled_frame_id());
+    }
+
     /// Returns how far it has got.
     pub(super) fn reached(&self) -> Reached {
         self.reached
@@ -213,6 +224,7 @@ impl<'a> Decoder<'a> {
         };
         Bucket {
             busy_ns: 0,
+            rows: self.rows(List::Exchanges).saturating_sub(rows),
             errors: new().filter(|row| row.tone() >= Tone::Warn).count() as u64,
             findings: store.findings().total().saturating_sub(findings),
             matches: count(&self.watched.filter),
@@ -227,11 +239,11 @@ impl<'a> Decoder<'a> {
         self.feed = self.feed.checkpoint(self.session.settled_frame_id());
     }
 
-    /// Returns a copy to go on from later, in little memory.
-    pub(super) fn checkpoint(&self) -> Self {
+    /// Forgets rows that nobody will look at; returns a copy to go on from later, in little memory.
+    pub(super) fn checkpoint(&mut self) -> Self {
+        self.forget();
         let mut copy = self.clone();
         copy.session.compact();
-        copy.forget();
         copy
     }
 }

@@ -15,6 +15,8 @@ pub(super) struct Find {
     before: Option<(List, u64)>,
     /// Where it was begun.
     pub(super) from: Reached,
+    /// Whether that was after the end.
+    pub(super) was_over: bool,
     /// The stretch that is looked through, and the items after the last hit in it.
     stretch: Option<(i64, i64)>,
     latest: Option<u64>,
@@ -31,7 +33,8 @@ impl Find {
         head: &Head<'_, '_>,
     ) -> Self {
         let from = head.decoder.reached();
-        Find { what, is_forward, before, from, stretch: None, latest: None, until: from.elapsed_ns }
+        let (was_over, until) = (head.is_over, from.elapsed_ns);
+        Find { what, is_forward, before, from, was_over, stretch: None, latest: None, until }
     }
 }
 

@@ -12,7 +12,7 @@ use crate::line::LineSettings;
 use crate::time::{SECOND, Timestamp};
 use crate::tui::app::replay::{Order, Replay, SPEEDS, Way};
 use crate::tui::sieve::Sieve;
-use crate::tui::store::{List, Store};
+use crate::tui::store::{List, PROVISIONAL, Store};
 use crate::tui::timeline::{Bucket, Series, Sought, Timeline};
 
 /// How far playing may fall behind before it takes its time, in nanoseconds.
@@ -64,18 +64,26 @@ pub(super) enum Change {
 
 /// Is the playhead.
 pub(super) struct Head<'a, 's> {
-    reel: Reel<'s>,
+    pub(super) reel: Reel<'s>,
     pub(super) decoder: Decoder<'a>,
-    shared: &'s Shared<'a>,
-    line: LineSettings,
-    hold_ns: Option<i64>,
+    /// What decodes from the beginning.
+    pub(super) fresh: Decoder<'a>,
+    pub(super) shared: &'s Shared<'a>,
+    pub(super) line: LineSettings,
+    pub(super) hold_ns: Option<i64>,
     /// Whether the reel has an item that is not decoded yet.
     is_pending: bool,
     pub(super) is_over: bool,
     goal: Option<Goal>,
+    /// Whether what is shown lacks what came before, and is about to be replaced.
+    pub(super) is_settling: bool,
+    /// Whether the goal was tried to be shown before all on the way to it is decoded.
+    pub(super) has_tried: bool,
+    /// What is to be done when all before the playhead is known.
+    pub(super) deferred: Option<Order>,
     /// Where the way to the goal began.
     begun: i64,
-    playhead: i64,
+    pub(super) playhead: i64,
     is_playing: bool,
     speed: f64,
     /// From which time and place it is played.
@@ -101,6 +109,7 @@ impl<'a, 's> Head<'a, 's> {
         let hold_ns = reel.input().adapter_hold_ns();
         Head {
             reel,
+            fresh: decoder.clone(),
             decoder,
             shared,
             line,
@@ -108,6 +117,9 @@ impl<'a, 's> Head<'a, 's> {
             is_pending: false,
             is_over: false,
             goal: Some(Goal::Rows(List::Exchanges, FIRST)),
+            is_settling: false,
+            has_tried: false,
+            deferred: None,
             begun: 0,
             playhead: 0,
             is_playing: false,
@@ -123,6 +135,10 @@ impl<'a, 's> Head<'a, 's> {
 
     /// Takes an order; it is done by [`Head::work`].
     pub(super) fn order(&mut self, order: Order) {
+        if let Order::Words { sieve, .. } = &order {
+            self.decoder.watched.words = Some(Arc::new(sieve.clone()));
+        }
+        let Some(order) = self.understand(order) else { return };
         let goal = match order {
             Order::Play => {
                 self.is_playing = !self.is_playing && !self.is_at_end;
@@ -151,9 +167,8 @@ impl<'a, 's> Head<'a, 's> {
             Order::Rows(list, count) if count < self.decoder.rows(list) => Goal::Back(list, count, None),
             Order::Rows(list, count) => Goal::Rows(list, count),
             Order::End => Goal::End,
-            Order::Words { sieve, is_forward, before } => {
+            Order::Words { is_forward, before, .. } => {
                 self.is_playing = false;
-                self.decoder.watched.words = Some(Arc::new(sieve));
                 Goal::Find(Find::new(Sought::Words, is_forward, before, self))
             }
             Order::Find { what, is_forward, before } => {
@@ -164,7 +179,7 @@ impl<'a, 's> Head<'a, 's> {
         if !matches!(goal, Goal::Place(_)) {
             self.is_playing = false;
         }
-        self.is_at_end = false;
+        (self.is_at_end, self.is_settling, self.has_tried, self.deferred) = (false, false, false, None);
         self.begun = self.decoder.reached().elapsed_ns;
         (self.goal, self.from) = (Some(goal), None);
     }
@@ -178,7 +193,7 @@ impl<'a, 's> Head<'a, 's> {
 
     /// Tells whether there is something to do at once.
     pub(super) fn is_busy(&self) -> bool {
-        self.goal.is_some()
+        self.goal.is_some() || self.can_settle()
     }
 
     /// Tells whether there is something to do before long.
@@ -191,6 +206,9 @@ impl<'a, 's> Head<'a, 's> {
     /// # Errors
     /// When the recording cannot be read on.
     pub(super) fn work(&mut self, now: Timestamp, more: &mut dyn FnMut() -> bool) -> Result<bool, Failure> {
+        if self.goal.is_none() && self.can_settle() {
+            self.settle()?;
+        }
         let stop = match self.goal.take() {
             Some(Goal::Find(find)) => self.find(find, more)?,
             Some(goal) => self.go(goal, more)?,
@@ -216,7 +234,22 @@ impl<'a, 's> Head<'a, 's> {
             Goal::Rows(list, _) | Goal::Back(list, ..) => count(decoder.rows(list)),
             Goal::Items(_) | Goal::End | Goal::Find(_) => count(decoder.reached().items),
         };
-        self.approach(&measure, target)?;
+        let place = match goal {
+            Goal::Place(place) => Some(place),
+            Goal::End => Some(self.shared.lock().timeline.end()),
+            _ => None,
+        };
+        let has_leapt = place.map_or(Ok(false), |place| self.leap(place))?;
+        let is_beyond = self.is_cold() && matches!(goal, Goal::Rows(_, rows) if rows >= PROVISIONAL);
+        if !has_leapt && !is_beyond {
+            if self.is_cold() {
+                self.warm_up()?;
+            }
+            self.approach(&measure, target)?;
+        }
+        // What follows a place that was leapt to is little, and the end of it all at most.
+        let mut always = || true;
+        let more: &mut dyn FnMut() -> bool = if has_leapt { &mut always } else { more };
         let stop = self.run(more, |head, next| match &mut goal {
             Goal::Back(list, count, items) => {
                 let is_beyond = head.decoder.rows(*list) > *count;
@@ -249,7 +282,20 @@ impl<'a, 's> Head<'a, 's> {
         {
             self.playhead = place;
         }
+        self.is_settling = false;
+        let is_cold = self.is_cold();
+        if let Some(order) = self.deferred.take_if(|_| !is_cold) {
+            self.order(order);
+        }
         Ok(Stop::Reached)
+    }
+
+    /// Goes on with another decoder, from where its reel is.
+    pub(super) fn replace(&mut self, reel: Reel<'s>, decoder: Decoder<'a>, is_pending: bool) {
+        let watched = std::mem::take(&mut self.decoder.watched);
+        (self.reel, self.decoder) = (reel, decoder);
+        self.decoder.watched = watched;
+        (self.is_pending, self.is_over, self.change) = (is_pending, false, Change::Replaced);
     }
 
     /// Takes the state to what will be shown.
@@ -402,7 +448,7 @@ impl<'a, 's> Head<'a, 's> {
     pub(super) fn give_up(&mut self, find: &Find) {
         let way = if find.is_forward { "after" } else { "before" };
         self.said = Some(format!("there is no {} {way} this", find.what.name()));
-        self.goal = Some(Goal::Items(find.from.items));
+        self.goal = Some(if find.was_over { Goal::End } else { Goal::Items(find.from.items) });
     }
 
     /// Goes to a place found.
@@ -455,7 +501,8 @@ impl<'a, 's> Head<'a, 's> {
         let timeline = Arc::clone(&self.timeline.1);
         let here = self.decoder.reached().elapsed_ns;
         let share = |to: i64| (here - self.begun) as f64 / (to - self.begun).max(1) as f64;
-        let way = self.goal.as_ref().map(|goal| match goal {
+        let deferred = self.deferred.as_ref().and_then(Order::sought);
+        let way = self.goal.as_ref().filter(|_| !self.is_settling).map(|goal| match goal {
             Goal::Place(place) => (Way::Place(*place), share(*place)),
             Goal::End => (Way::End, share(timeline.end())),
             Goal::Rows(..) | Goal::Back(..) | Goal::Items(_) => (Way::Rows, 0.0),
@@ -468,6 +515,9 @@ impl<'a, 's> Head<'a, 's> {
                 let until = hits.map_or(timeline.decoded_ns, |(_, until)| *until);
                 (Way::Find(find.what, find.is_forward), until as f64 / timeline.end().max(1) as f64)
             }
+        });
+        let way = deferred.map_or(way, |(what, is_forward)| {
+            Some((Way::Find(what, is_forward), timeline.decoded_ns as f64 / timeline.end().max(1) as f64))
         });
         Replay {
             timeline,

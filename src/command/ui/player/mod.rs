@@ -12,6 +12,7 @@
 //! from the beginning would have.
 
 mod checkpoints;
+mod cold;
 mod decoder;
 mod find;
 mod head;
@@ -133,11 +134,10 @@ fn outside(
             let is_sent = orders.send(order).is_ok();
             (!is_sent).then(|| (Tone::Bad, "the recording cannot be read on".to_owned()))
         }
-        Effect::Export { filter, path, marks } => {
-            let args = export::of(paths.to_vec(), filter, path.into(), equipment.clone(), marks);
+        Effect::Export { filter, path, notes } => {
+            let args = export::of(paths.to_vec(), filter, path.into(), equipment.clone(), notes);
             Some(super::session::start_export(args))
         }
-        Effect::Note(..) => Some((Tone::Info, "notes are taken while a bus is live".to_owned())),
         _ => None,
     }
 }

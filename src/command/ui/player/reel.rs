@@ -38,6 +38,10 @@ impl Tracks {
         self.paths.lock().unwrap_or_else(PoisonError::into_inner).get(part).cloned()
     }
 
+    fn count(&self) -> usize {
+        self.paths.lock().unwrap_or_else(PoisonError::into_inner).len()
+    }
+
     /// Tells whether the recording may still grow.
     pub(super) fn follows(&self) -> bool {
         self.follows
@@ -97,6 +101,36 @@ impl<'a> Reel<'a> {
         let path = tracks.path(0).unwrap_or_default();
         let input = tracks.open(&path)?;
         Ok(Reel { tracks, part: 0, input, items: 0 })
+    }
+
+    /// Opens the inputs where at least `bytes` of messages lead up to a time; `None` where no index says where that is.
+    ///
+    /// # Errors
+    /// When an input cannot be read.
+    pub(super) fn near(tracks: &'a Tracks, time: Timestamp, bytes: u64) -> Result<Option<Self>, InputError> {
+        let (mut part, mut input) = (0, tracks.open(&tracks.path(0).unwrap_or_default())?);
+        // The last part that begins before it.
+        let mut later = tracks.count();
+        while part + 1 < later {
+            let middle = part + (later - part) / 2;
+            let other = tracks.open(&tracks.path(middle).unwrap_or_default())?;
+            match other.times() {
+                Some((begin, _)) if begin <= time => (part, input) = (middle, other),
+                Some(_) => later = middle,
+                None => return Ok(None),
+            }
+        }
+        Ok(input.start_near(time, bytes).then_some(Reel { tracks, part, input, items: 0 }))
+    }
+
+    /// Returns what is replayed.
+    pub(super) fn tracks(&self) -> &'a Tracks {
+        self.tracks
+    }
+
+    /// Returns about how many bytes all parts have, where the size of this one is known.
+    pub(super) fn size(&self) -> Option<u64> {
+        Some(self.input.size()?.saturating_mul(self.tracks.count() as u64))
     }
 
     /// Goes on to the next item.
@@ -172,9 +206,10 @@ impl<'a> Reel<'a> {
         &self.input
     }
 
-    /// Returns how much of the part was read, from 0 to 1, where its size is known.
+    /// Returns how much of all parts was read, from 0 to 1, where sizes are known; each part counts alike.
     pub(super) fn share(&self) -> f64 {
         let size = self.input.size().unwrap_or(0).max(1);
-        (self.input.position() as f64 / size as f64).clamp(0.0, 1.0)
+        let of_part = (self.input.position() as f64 / size as f64).clamp(0.0, 1.0);
+        (self.part as f64 + of_part) / self.tracks.count().max(1) as f64
     }
 }

@@ -89,11 +89,11 @@ pub(super) fn scan<'a>(
         if pass.decoder.reached().bytes >= due
             && let Some(place) = pass.reel.place()
         {
-            pass.decoder.forget();
             let decoder = pass.decoder.checkpoint();
+            let total = (decoder.reached().bytes as f64 / pass.reel.share().max(1e-6)) as u64;
             let mut known = pass.shared.lock();
             known.checkpoints.add(Checkpoint { place, decoder });
-            due = known.checkpoints.due();
+            due = known.checkpoints.due(total);
         }
         !is_time || publish(pass)
     });

@@ -1,3 +1,5 @@
+mod cold;
+
 use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
@@ -412,12 +414,19 @@ fn on_the_way_nothing_is_shown_and_it_can_be_given_up() {
 }
 
 #[test]
-fn checkpoints_stay_few_and_reach_to_the_end() {
+fn checkpoints_fit_in_the_memory_for_them_and_are_evenly_apart() {
     let (_directory, paths) = one_part();
     let stage = Stage::new(paths, false);
-    let shared = stage.scanned(1);
+    let most = 1 << 20;
+    let shared = Shared::default();
+    shared.lock().checkpoints = Checkpoints::within(most);
+    scan(&stage.tracks, stage.decoder(), &shared, stage.line()).expect("a recording");
     let known = shared.lock();
-    assert!(known.checkpoints.len() <= 2048);
+    let (places, size) = known.checkpoints.spread();
+    assert!(size <= most && size > most / 2, "{size}");
+    let gaps: Vec<u64> = places.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let (mean, widest) = (places[places.len() - 1] / gaps.len() as u64, gaps.iter().max().expect("some"));
+    assert!(*widest < mean * 3, "{mean} {widest}");
     let last = known.checkpoints.last(|_| true).expect("the last one");
     assert!(last.decoder.store().list(List::Frames).kept().count() < 64, "rows are decoded again");
     assert!(known.timeline.end() - last.decoder.reached().elapsed_ns < known.timeline.end() / 20);

@@ -1,0 +1,78 @@
+//! Places that are not decoded yet.
+
+use super::*;
+use crate::tui::store::PROVISIONAL;
+
+/// Writes a recording large enough that the way to its end is long.
+fn large() -> (TempDir, Vec<PathBuf>) {
+    let directory = tempfile::tempdir().expect("a directory");
+    let options = Options { rotate_chunks: Some(100), session_id: "one".into(), ..Options::default() };
+    let paths = record(&directory.path().join("a.mcap"), 13_000, options);
+    (directory, paths)
+}
+
+/// Returns when frames were, and what they are.
+fn frames(store: &Store) -> Vec<(Option<Timestamp>, Box<[u8]>)> {
+    let runs = store.list(List::Frames).iter().filter_map(|row| match row {
+        Row::Run(run) => Some((run.end, run.bytes.clone())),
+        _ => None,
+    });
+    runs.collect()
+}
+
+#[test]
+fn what_is_not_decoded_yet_is_shown_provisionally_and_then_as_it_is() {
+    let (_directory, paths) = large();
+    assert!(paths.len() > 1);
+    let stage = Stage::new(paths, false);
+    let shared = Shared::default();
+    let (begin, last) = Reel::open(&stage.tracks).expect("a recording").times().expect("an index");
+    shared.lock().timeline.end_ns = last - begin;
+    let mut head = stage.head(&shared);
+    let place = (last - begin) * 3 / 4;
+    go(&mut head, Order::Place(place));
+    let (change, store) = head.take_change().expect("something to show");
+    assert!(change == Change::Replaced && store.known_from().is_some() && head.state().playhead == place);
+    assert!(store.findings().list().is_empty());
+    let truth = stage.run(|_, next| next > place);
+    let (told, known) = (frames(&store), frames(truth.store()));
+    assert!(told.len() > 50);
+    assert!(told == known[known.len() - told.len()..], "what is shown is what will be");
+    scan(&stage.tracks, stage.decoder(), &shared, stage.line()).expect("a recording");
+    assert!(head.is_busy());
+    settle(&mut head);
+    let (_, store) = head.take_change().expect("something else to show");
+    assert_eq!((store.known_from(), head.state().playhead), (None, place));
+    same_as_run(&head, &truth);
+}
+
+#[test]
+fn provisional_rows_are_gone_about_in_and_what_needs_all_of_them_waits() {
+    let (_directory, paths) = large();
+    let stage = Stage::new(paths, false);
+    let shared = Shared::default();
+    let (begin, last) = Reel::open(&stage.tracks).expect("a recording").times().expect("an index");
+    shared.lock().timeline.end_ns = last - begin;
+    let mut head = stage.head(&shared);
+    let place = (last - begin) * 3 / 4;
+    go(&mut head, Order::Place(place));
+    let rows = head.decoder.store().list(List::Exchanges).kept();
+    go(&mut head, Order::Rows(List::Exchanges, rows.end + 20));
+    assert!(head.is_cold() && head.state().playhead > place);
+    assert_eq!(head.decoder.store().list(List::Exchanges).kept(), rows.start..rows.end + 20);
+    let first = head.decoder.store().list(List::Exchanges).iter().next().and_then(Row::time).expect("a time");
+    go(&mut head, Order::Rows(List::Exchanges, rows.start));
+    let before = head.decoder.store().list(List::Exchanges).last().and_then(Row::time).expect("a time");
+    assert!(head.is_cold() && before < first, "a page back is before what was there");
+    go(&mut head, Order::End);
+    assert!(head.is_cold() && head.is_over);
+    go(&mut head, Order::Find { what: Sought::Error, is_forward: false, before: None });
+    assert!(head.is_cold() && head.state().way.is_some(), "it is looked for when all before is known");
+    scan(&stage.tracks, stage.decoder(), &shared, stage.line()).expect("a recording");
+    settle(&mut head);
+    assert!(!head.is_cold() && head.decoder.last().errors > 0 && head.state().way.is_none());
+    let items = head.decoder.reached().items;
+    assert!(troubles(&stage).contains(&items));
+    go(&mut head, Order::Rows(List::Exchanges, PROVISIONAL + 7));
+    assert_eq!(head.decoder.reached().items, items, "a number that came too late is none");
+}
