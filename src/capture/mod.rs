@@ -319,10 +319,12 @@ impl Input {
     /// Returns the read gone on to, where the item is one: its bus, its bytes, and when they were first there.
     #[inline]
     pub fn read(&self) -> Option<(&str, Chunk<'_>, Option<Timestamp>)> {
-        match &self.reader {
-            Reader::Plain(reader) if reader.lost().is_none() => Some((BUS, reader.chunk(), None)),
-            Reader::Plain(_) => None,
-            Reader::Mcap(recording) => recording.read(),
+        if let Reader::Mcap(recording) = &self.reader {
+            return recording.read(); // by a shorter way than through the item
+        }
+        match self.item() {
+            Item::Chunk { bus, chunk, ready } => Some((bus, chunk, ready)),
+            _ => None,
         }
     }
 

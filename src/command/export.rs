@@ -12,7 +12,7 @@ use std::time::UNIX_EPOCH;
 use super::bus::{self, Wanted};
 use super::failure::Failure;
 use super::message;
-use super::output::{Output, unfinished};
+use super::output::{Output, real, unfinished};
 use super::printing::{judge, say_none};
 use super::scribe::Scribe;
 use super::session::{Origin, Sink};
@@ -102,7 +102,8 @@ fn write_mcap(
     let judge = args.filter.as_deref().map(|text| judge("--filter", text, profiles)).transpose()?;
     let anchor = bus::anchor(&args.bus.inputs);
     let options = Options { session_id, anchor, attachments, ..Options::default() };
-    let mut scribe = Scribe::create(&args.output, options)?;
+    let output = real(&args.output);
+    let mut scribe = Scribe::create(&output, options)?;
     if let Some(judge) = judge {
         scribe = scribe.with_filter(judge);
     }
@@ -118,7 +119,7 @@ fn write_mcap(
         result = result.and_then(|()| scribe.received(&note));
     }
     // What was read before something went wrong is written where nothing stands yet.
-    if scribe.has_begun() && (result.is_ok() || !args.output.exists()) {
+    if scribe.has_begun() && (result.is_ok() || !output.exists()) {
         say_none(scribe.none_of().filter(|_| result.is_ok()));
         result = result.and(scribe.finish().map(drop));
     } else {
@@ -127,7 +128,7 @@ fn write_mcap(
     }
     if result.is_err() {
         // It is there where writing to it failed.
-        let _ = std::fs::remove_file(unfinished(&args.output));
+        let _ = std::fs::remove_file(unfinished(&output));
     }
     result
 }
@@ -215,7 +216,7 @@ fn check(args: &cli::Export, kind: ExportKind) -> Result<(), Failure> {
         let hint = "export each input to a file of its own";
         return Err(Failure::hinted("hex text and MCAP hold one recording", hint));
     }
-    let on_the_way = unfinished(&args.output);
+    let on_the_way = unfinished(&real(&args.output));
     if args.bus.inputs.iter().any(|input| is_same(input, &on_the_way)) {
         let hint = "name another file with -o; the input is kept";
         let problem =
@@ -231,8 +232,8 @@ fn check(args: &cli::Export, kind: ExportKind) -> Result<(), Failure> {
 
 /// Tells whether two paths lead to one file that exists.
 fn is_same(input: &Path, output: &Path) -> bool {
-    let real = |path: &Path| path.canonicalize().ok();
-    real(input).is_some_and(|input| Some(input) == real(output))
+    let found = |path: &Path| path.canonicalize().ok();
+    found(input).is_some_and(|input| Some(input) == found(output))
 }
 
 /// Writes an export as it is decoded.

@@ -71,9 +71,7 @@ impl Output {
             return Output::stdout();
         }
         let name = path.display().to_string();
-        // A link stays one.
-        let path = path.canonicalize().unwrap_or_else(|_| path.to_owned());
-        let target = Target::Later { path, file: None };
+        let target = Target::Later { path: real(path), file: None };
         Output::new(&name, target)
     }
 
@@ -132,6 +130,11 @@ impl Drop for Output {
             let _ = std::fs::remove_file(unfinished(path));
         }
     }
+}
+
+/// Returns where a file is written that is named like this: a link stays one.
+pub(super) fn real(path: &Path) -> PathBuf {
+    path.canonicalize().unwrap_or_else(|_| path.to_owned()) // nothing is there yet
 }
 
 /// Returns what a file is called until it is kept.

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::failure::Failure;
-use super::output::Output;
+use super::output::{Output, real, unfinished};
 use super::scribe::Scribe;
 use super::session::{Session, Setup, Sink};
 use crate::capture::mcap::{BusSettings, Options};
@@ -63,9 +63,30 @@ fn write_hex(args: &cli::Simulate, config: Config, mut truth: Option<Output>) ->
     output.flush()
 }
 
-fn write_mcap(args: &cli::Simulate, config: Config, mut truth: Option<Output>) -> Result<(), Failure> {
+fn write_mcap(args: &cli::Simulate, config: Config, truth: Option<Output>) -> Result<(), Failure> {
     let session_id = arguments(&config).replace("--", "").replace(' ', "-");
-    let mut scribe = Scribe::create(&args.output, Options { session_id, ..Options::default() })?;
+    let output = real(&args.output);
+    let mut scribe = Scribe::create(&output, Options { session_id, ..Options::default() })?;
+    let result = match fill(args, config, truth, &mut scribe) {
+        Ok(()) => scribe.finish().map(drop),
+        Err(failure) => {
+            scribe.abandon();
+            Err(failure)
+        }
+    };
+    if result.is_err() {
+        // It is there where writing to it failed.
+        let _ = std::fs::remove_file(unfinished(&output));
+    }
+    result
+}
+
+fn fill(
+    args: &cli::Simulate,
+    config: Config,
+    mut truth: Option<Output>,
+    scribe: &mut Scribe,
+) -> Result<(), Failure> {
     let setup =
         Setup { decodes: !args.raw_only, findings: true, ..Setup::new(Arc::new(Profiles::built_in())) };
     let mut session = Session::new(&setup);
@@ -75,16 +96,15 @@ fn write_mcap(args: &cli::Simulate, config: Config, mut truth: Option<Output>) -
         adapter_hold_ns: Some(config.adapter.hold_ns(config.line)),
         facts: [("source".to_owned(), format!("rtutap simulate {}", arguments(&config)))].into(),
     };
-    session.begin(settings, &mut scribe)?;
+    session.begin(settings, scribe)?;
     let mut simulation = Simulation::new(config);
     while let Some(read) = simulation.next() {
-        session.take(&Item::Chunk { bus: BUS, chunk: read.chunk(), ready: None }, &mut scribe)?;
+        session.take(&Item::Chunk { bus: BUS, chunk: read.chunk(), ready: None }, scribe)?;
         scribe.pause(0, false)?;
         write_truth(&mut simulation, truth.as_mut())?;
     }
     write_truth(&mut simulation, truth.as_mut())?;
-    session.finish(&mut scribe)?;
-    scribe.finish()?;
+    session.finish(scribe)?;
     truth.as_mut().map_or(Ok(()), Output::flush)
 }
 

@@ -430,3 +430,25 @@ fn an_input_is_not_taken_for_the_file_on_its_way() {
         assert_eq!(std::fs::read(&input).expect("it is there"), sample);
     }
 }
+
+#[cfg(unix)]
+#[test]
+fn an_export_through_a_link_writes_what_the_link_leads_to_and_spares_its_input() {
+    let (_directory, path) = temporary();
+    let sample = std::fs::read("captures/good-master.mcap").expect("a sample");
+    for name in ["a.mcap", "a.hex"] {
+        let (real, link) = (path(name), path(&format!("link-{name}")));
+        std::fs::write(&real, "stale").expect("a disk that works");
+        std::os::unix::fs::symlink(&real, &link).expect("a link");
+        let on_the_way = path(&format!("{name}.unfinished"));
+        std::fs::write(&on_the_way, &sample).expect("a disk that works");
+        rtutap(&["export", arg(&on_the_way), "--input-format", "mcap", "-o", arg(&link)])
+            .assert()
+            .code(2)
+            .stderr(predicate::str::contains("until it is whole"));
+        assert_eq!(std::fs::read(&on_the_way).expect("the input is there"), sample, "{name}");
+        rtutap(&["export", "captures/good-master.mcap", "-o", arg(&link)]).assert().success();
+        assert!(link.is_symlink(), "{name}");
+        assert_ne!(std::fs::read(&real).expect("it is there"), b"stale", "{name}");
+    }
+}

@@ -133,7 +133,8 @@ impl Original {
                     assert_eq!(lost.kind, LostKind::Disk, "{what}");
                     position += lost.count as usize;
                 }
-                Found::Chunk(_, _, bytes, _) => {
+                Found::Chunk(bus, _, bytes, _) => {
+                    assert_eq!(bus, "bus0", "{what}");
                     let original = &self.stream[position..position + bytes.len()];
                     assert_eq!(bytes, original, "{what}: at {position}");
                     position += bytes.len();

@@ -2,8 +2,8 @@
 //!
 //! A chunk defines the channels that it is the first to use, and the index at the end all of them. With one wrong byte
 //! in each, later chunks would be whole and mean nothing. So an attachment after each chunk that defines channels says
-//! it again, as an MCAP file of its own; what an index that is not whole still says is taken, too; and what can only be
-//! bytes of a bus is taken for that.
+//! it again, as an MCAP file of its own; what an index that is not whole still says is taken, too; and what by its form and
+//! by all its times is bytes of a bus is taken for that.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
@@ -18,7 +18,9 @@ use super::raw_chunk;
 use super::records::{Found, HEAD, LONGEST, Records, declared_length};
 use super::schema::{RawChunk, Schema};
 use super::state::State;
+use super::time::Anchor;
 use super::unpack::MessageHead;
+use crate::time::{SECOND, Timestamp};
 
 /// What the attachment is called.
 pub(super) const NAME: &str = "rtutap/channels.mcap";
@@ -132,23 +134,20 @@ impl Definitions {
         messages: &mut Messages<R>,
         state: &mut State,
     ) -> bool {
-        let known = self.channels.get(&head.channel);
-        let found = if state.is_own() && is_raw(payload) {
-            let said = known.filter(|channel| channel.topic.ends_with("/raw"));
-            let topic = said.map(|channel| channel.topic.clone());
-            let topic = topic.unwrap_or_else(|| {
+        let found = match self.channels.get(&head.channel) {
+            Some(channel) => {
+                let schema = self.schemas.get(&channel.schema_id).cloned();
+                Definitions {
+                    schemas: schema.map(|schema| (channel.schema_id, schema)).into_iter().collect(),
+                    channels: [(channel.id, channel.clone())].into(),
+                }
+            }
+            None if state.is_own() && is_raw(head, payload, state.anchor) => {
                 let bus = state.bus_without_bytes().unwrap_or_else(|| format!("channel{}", head.channel));
                 state.facts.guessed_buses.push(bus.clone());
-                format!("/{bus}/raw")
-            });
-            raw_channel(head.channel, known.map_or(0, |channel| channel.schema_id), topic, messages)
-        } else {
-            let Some(channel) = known else { return false };
-            let schema = self.schemas.get(&channel.schema_id).cloned();
-            Definitions {
-                schemas: schema.map(|schema| (channel.schema_id, schema)).into_iter().collect(),
-                channels: [(channel.id, channel.clone())].into(),
+                raw_channel(head.channel, format!("/{bus}/raw"), messages)
             }
+            None => return false,
         };
         found.teach(messages, state);
         true
@@ -156,26 +155,36 @@ impl Definitions {
 }
 
 /// Defines a channel of bytes, with a schema that no other has.
-fn raw_channel<R: Read>(id: u16, schema_id: u16, topic: String, messages: &Messages<R>) -> Definitions {
+fn raw_channel<R: Read>(id: u16, topic: String, messages: &Messages<R>) -> Definitions {
     let Schema { name, descriptors } = Schema::RAW_CHUNK;
     let schema =
         SchemaRecord { name: name.to_owned(), encoding: ENCODING.to_owned(), data: descriptors.to_vec() };
     let taken: BTreeSet<u16> =
         messages.schemas.iter().filter(|(_, known)| known.name != name).map(|(id, _)| *id).collect();
-    let free =
-        std::iter::once(schema_id).chain((1..=u16::MAX).rev()).find(|id| *id > 0 && !taken.contains(id));
+    let free = (1..=u16::MAX).rev().find(|id| !taken.contains(id));
     let schema_id = free.unwrap_or(u16::MAX); // no file has as many
     let channel =
         Channel { id, schema_id, topic, message_encoding: ENCODING.to_owned(), metadata: BTreeMap::new() };
     Definitions { schemas: [(schema_id, schema)].into(), channels: [(id, channel)].into() }
 }
 
-/// Tells whether a message can only be bytes of a bus: no other message of a recording has bytes where it has them.
-fn is_raw(payload: &[u8]) -> bool {
+/// Tells whether a message can only be bytes of a bus.
+///
+/// Others have bytes where it has them, such as a reading of 0; so its times have to agree as well: what it says of the
+/// monotonic clock with its log time, and its publish time with so many characters before.
+fn is_raw(head: MessageHead, payload: &[u8], anchor: Option<Anchor>) -> bool {
     let mut raw = RawChunk::default();
-    raw_chunk::read(payload, &mut raw).is_ok()
-        && !raw.data.is_empty()
-        && raw.earlier.iter().all(|read| read.end as usize <= raw.data.len())
+    if raw_chunk::read(payload, &mut raw).is_err() || raw.data.is_empty() || raw.monotonic_ns < 2 {
+        return false;
+    }
+    let log = i64::try_from(head.log_time).map(Timestamp::from_ns);
+    let agrees =
+        |(anchor, log): (Anchor, Timestamp)| (anchor.time(raw.monotonic_ns) - log).saturating_abs() < SECOND;
+    let on_wire = head.log_time.checked_sub(head.publish_time);
+    let is_whole = |ns: u64| ns > 0 && ns.is_multiple_of(raw.data.len() as u64);
+    raw.earlier.iter().all(|read| read.end as usize <= raw.data.len())
+        && anchor.zip(log.ok()).is_none_or(agrees)
+        && on_wire.is_some_and(is_whole)
 }
 
 /// Returns where the records end that stand before the index.
@@ -195,5 +204,40 @@ fn end_of_data(file: &mut File) -> io::Result<u64> {
         if is_data {
             end = records.position();
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use prost::Message;
+
+    use super::*;
+
+    fn anchor() -> Anchor {
+        Anchor { monotonic_ns: 5 * SECOND as u64, realtime: Timestamp::from_ns(1000 * SECOND) }
+    }
+
+    fn head() -> MessageHead {
+        let log_time = 1001 * SECOND as u64;
+        MessageHead { channel: 7, sequence: 1, log_time, publish_time: log_time - 4 * 1_041_667 }
+    }
+
+    #[test]
+    fn bytes_of_a_bus_are_known_by_their_times() {
+        let raw = RawChunk { data: vec![1, 3, 0, 0], monotonic_ns: 6 * SECOND as u64, ..RawChunk::default() };
+        let payload = raw.encode_to_vec();
+        assert!(is_raw(head(), &payload, Some(anchor())));
+        assert!(is_raw(head(), &payload, None));
+        let later = RawChunk { monotonic_ns: 60 * SECOND as u64, ..raw }.encode_to_vec();
+        assert!(!is_raw(head(), &later, Some(anchor())));
+        assert!(!is_raw(MessageHead { publish_time: head().log_time, ..head() }, &payload, None));
+    }
+
+    #[test]
+    fn a_reading_of_0_is_no_bytes_of_a_bus() {
+        // Its value is left out, and its bytes stand where a bus has them.
+        let reading = RawChunk { data: vec![0; 4], ..RawChunk::default() }.encode_to_vec();
+        assert!(!is_raw(head(), &reading, Some(anchor())));
+        assert!(!is_raw(head(), &reading, None));
     }
 }
