@@ -24,21 +24,47 @@ fn end_ns(frame: usize, byte: usize) -> u64 {
     frame as u64 * 60_000_000 + (byte as u64 + 1) * CHARACTER_NS
 }
 
+/// Writes a block of pcapng.
+fn block(kind: u32, body: &[u8]) -> Vec<u8> {
+    let length = (body.len().next_multiple_of(4) as u32 + 12).to_le_bytes();
+    let padding = vec![0; body.len().next_multiple_of(4) - body.len()];
+    [&kind.to_le_bytes()[..], &length, body, &padding, &length].concat()
+}
+
+/// Writes pcapng of the buses with these names and descriptions, on which the frames come in turn.
+fn pcapng_of(buses: &[(&str, &str)]) -> Vec<u8> {
+    let option = |code: u16, text: &str| {
+        let padding = vec![0; text.len().next_multiple_of(4) - text.len()];
+        [&code.to_le_bytes()[..], &(text.len() as u16).to_le_bytes(), text.as_bytes(), &padding].concat()
+    };
+    let mut file = pcapng(147, &[])[..28].to_vec(); // the section's header
+    for (name, description) in buses {
+        let resolution = [9, 0, 1, 0, 9, 0, 0, 0, 0, 0, 0, 0];
+        let options = [&option(2, name)[..], &option(3, description), &resolution].concat();
+        file.extend(block(1, &[&[147, 0, 0, 0, 0, 0, 0, 0][..], &options].concat()));
+    }
+    for (index, frame) in frames().iter().enumerate() {
+        let bus = (index / 2 % buses.len()) as u32;
+        file.extend(packet(bus, index, frame));
+    }
+    file
+}
+
+/// Writes the packet of a frame, of which the data holds a header, too.
+fn packet(interface: u32, index: usize, data: &[u8]) -> Vec<u8> {
+    let ns = START * 1_000_000_000 + end_ns(index, frames()[index].len() - 1);
+    let length = data.len() as u32;
+    let numbers = [interface, (ns >> 32) as u32, ns as u32, length, length].map(u32::to_le_bytes).concat();
+    block(6, &[&numbers[..], data].concat())
+}
+
 /// Writes pcapng with times in nanoseconds; `header` stands before each frame.
 fn pcapng(link_type: u16, header: &[u8]) -> Vec<u8> {
-    let block = |kind: u32, body: &[u8]| {
-        let length = (body.len().next_multiple_of(4) as u32 + 12).to_le_bytes();
-        let padding = vec![0; body.len().next_multiple_of(4) - body.len()];
-        [&kind.to_le_bytes()[..], &length, body, &padding, &length].concat()
-    };
     let section = [&0x1A2B_3C4D_u32.to_le_bytes()[..], &[1, 0, 0, 0], &[0xFF; 8]].concat();
     let interface = [&link_type.to_le_bytes()[..], &[0; 6], &[9, 0, 1, 0, 9, 0, 0, 0, 0, 0, 0, 0]].concat();
     let mut file = [block(0x0A0D_0D0A, &section), block(1, &interface)].concat();
     for (index, frame) in frames().iter().enumerate() {
-        let ns = START * 1_000_000_000 + end_ns(index, frame.len() - 1);
-        let length = (header.len() + frame.len()) as u32;
-        let numbers = [0, (ns >> 32) as u32, ns as u32, length, length].map(u32::to_le_bytes).concat();
-        file.extend(block(6, &[&numbers[..], header, frame].concat()));
+        file.extend(packet(0, index, &[header, frame].concat()));
     }
     file
 }
@@ -133,4 +159,27 @@ fn times_of_packets_that_go_back_are_said() {
     let text = "time,data,duration\n2,01,0\n1,03,0\n";
     let said = predicate::str::contains("the time goes back in line 3;");
     rtutap(&["decode", "-"]).write_stdin(text).assert().success().stderr(said);
+}
+
+const EVERYTHING: [&str; 7] =
+    ["decode", "-", "--format", "json", "--show=frames", "--show=transactions", "--show=readings"];
+
+/// Returns the hex text that an input is exported to, and asserts that it decodes to the letter.
+fn hex_to_the_letter(input: &[u8]) -> String {
+    let hex = stdout(&["export", "-", "-o", "-", "--format", "hex"], input);
+    let before = stdout(&EVERYTHING, input);
+    assert!(before.lines().count() > 4);
+    assert_eq!(stdout(&EVERYTHING, hex.as_bytes()), before, "{hex}");
+    hex
+}
+
+#[test]
+fn names_of_any_kind_stay_in_their_line_and_apart() {
+    let buses =
+        [("/dev/left/bus", ""), ("/dev/right/bus", ""), ("pump\n01 03", ""), ("it's \\ a 'pump'", "")];
+    let hex = hex_to_the_letter(&pcapng_of(&buses));
+    for name in ["bus-2", "pump_01 03", r"it's \\ a 'pump'"] {
+        assert!(hex.contains(&format!("\n# bus '{name}'\n")), "{name}: {hex}");
+    }
+    assert!(hex.starts_with("# rtutap"));
 }

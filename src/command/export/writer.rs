@@ -85,7 +85,7 @@ impl Writer {
                 // What was done to the recording before stays true.
                 let before = origin.settings.facts.get(REMARK_KEY).filter(|said| !remarks.contains(said));
                 for remark in remarks.iter().chain(before) {
-                    out.extend_from_slice(format!("# {remark}\n").as_bytes());
+                    out.extend_from_slice(format!("# {}\n", one_line(remark)).as_bytes());
                 }
                 let Writer::Hex { reads, .. } = self else { return };
                 if origin.settings.name != BUS {
@@ -189,6 +189,11 @@ impl Writer {
 /// Returns the settings of a bus, unless nobody said them.
 fn said(origin: &Origin) -> Option<(LineSettings, Option<i64>)> {
     (!origin.line_is_assumed).then_some((origin.settings.line, origin.settings.adapter_hold_ns))
+}
+
+/// Returns text that a comment can hold: hex text has no control character.
+fn one_line(text: &str) -> String {
+    text.replace(char::is_control, " ")
 }
 
 fn link_type(kind: LinkKind) -> LinkType {
