@@ -174,6 +174,27 @@ fn hex_to_the_letter(input: &[u8]) -> String {
 }
 
 #[test]
+fn a_bus_that_says_nothing_of_its_line_takes_nothing_from_another_in_hex_text() {
+    let hex = hex_to_the_letter(&pcapng_of(&[("A", "19200-8E1"), ("B", "")]));
+    assert!(hex.contains("\n# line 19200-8E1\n") && hex.contains("\n# bus 'B' line 9600-8N1\n"), "{hex}");
+    let hex = hex_to_the_letter(&pcapng_of(&[("A", ""), ("B", "19200-8E1"), ("C", "")]));
+    assert!(!hex.contains("\n# line ") && hex.contains("\n# bus 'C'\n"), "{hex}");
+}
+
+#[test]
+fn a_bus_that_says_nothing_of_its_adapter_takes_nothing_from_another_in_hex_text() {
+    let heads = ["# bus 'A' line 9600-8N1 adapter-hold 40 ms", "# bus 'B'"];
+    let mut text = String::new();
+    for (index, frame) in frames().iter().enumerate() {
+        let bytes: Vec<_> = frame.iter().map(|byte| format!("{byte:02X}")).collect();
+        let head = if index < 4 { heads[index / 2] } else { ["# bus 'A'", "# bus 'B'"][index / 2 % 2] };
+        let ns = START * 1_000_000_000 + end_ns(index, frame.len() - 1);
+        text += &format!("{head}\n{} {}\n", seconds(ns), bytes.join(" "));
+    }
+    hex_to_the_letter(text.as_bytes());
+}
+
+#[test]
 fn names_of_any_kind_stay_in_their_line_and_apart() {
     let buses =
         [("/dev/left/bus", ""), ("/dev/right/bus", ""), ("pump\n01 03", ""), ("it's \\ a 'pump'", "")];
