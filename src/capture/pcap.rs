@@ -11,7 +11,7 @@ use pcap_parser::traits::PcapNGPacketBlock;
 use pcap_parser::{Block, LegacyPcapBlock, PcapHeader};
 
 use super::BUS;
-use super::instant::OUT_OF_RANGE;
+use super::instant::{self, OUT_OF_RANGE};
 use super::interface_name::{Identity, Names};
 use super::mcap::BusSettings;
 use super::reader::{Failure, Forward, Malformed, ReadChunks, TimesBack};
@@ -415,8 +415,7 @@ fn time(units: u64, interface: &Interface) -> Option<Timestamp> {
     // What a power of ten beyond 128 bits divides is less than a nanosecond.
     let per_second = base.checked_pow(exponent).unwrap_or(u128::MAX);
     let ns = u128::from(units) * SECOND as u128 / per_second;
-    let ns = i128::try_from(ns).ok()? + i128::from(interface.offset) * i128::from(SECOND);
-    i64::try_from(ns).ok().map(Timestamp::from_ns)
+    instant::from_ns(i128::try_from(ns).ok()? + i128::from(interface.offset) * i128::from(SECOND))
 }
 
 #[cfg(test)]

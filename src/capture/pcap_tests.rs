@@ -154,9 +154,12 @@ fn times_count_in_what_the_interface_says_and_from_its_offset() {
             let (chunks, end) = read(&file);
             assert_eq!((chunks[0].0, end), (at(ns), Ok(())), "{resolution:?} {offset:?} {big}");
         }
-        let far = [write.section(), write.interface(147, Some(0), None), write.packet(0, u64::MAX, FRAME, 8)];
-        let error = read(&far.concat()).1.expect_err("beyond all times");
-        assert!(error.contains("packet 1: the time is not between"), "{error}");
+        for (offset, seconds) in [(None, u64::MAX), (None, 4_611_686_019), (Some(-2_305_843_010), 0)] {
+            let file =
+                [write.section(), write.interface(147, Some(0), offset), write.packet(0, seconds, FRAME, 8)];
+            let error = read(&file.concat()).1.expect_err("a time that nobody believes");
+            assert!(error.contains("packet 1: the time is not between the years 1896 and 2116"), "{error}");
+        }
     }
 }
 

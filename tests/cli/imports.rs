@@ -204,3 +204,17 @@ fn names_of_any_kind_stay_in_their_line_and_apart() {
     }
     assert!(hex.starts_with("# rtutap"));
 }
+
+#[test]
+fn a_time_that_nobody_believes_is_refused_with_its_place_and_what_to_write() {
+    for (input, place) in [
+        ("2200-01-01T00:00:00Z 01 03\n", "line 1, column 1"),
+        ("# ms since the epoch\n1767225600000.5 01 03\n", "line 2, column 1"),
+        ("time,data\n2200-01-01T00:00:00Z,01\n", "line 2, column 'time'"),
+    ] {
+        let said = format!(
+            "error: 'standard input', {place}: the time is not between the years 1896 and 2116\nhint: "
+        );
+        rtutap(&["decode", "-"]).write_stdin(input).assert().code(2).stderr(predicate::str::contains(said));
+    }
+}
