@@ -206,6 +206,17 @@ fn names_of_any_kind_stay_in_their_line_and_apart() {
 }
 
 #[test]
+fn of_several_buses_each_is_named_that_does_not_say_its_line_settings() {
+    let note = "note: 'standard input' does not name ";
+    let [first, b, c] = ["its line settings", "the line settings of bus 'B'", "the line settings of bus 'C'"]
+        .map(|what| format!("{note}{what}: 9600-8N1 assumed\n"));
+    for (a, said) in [("", format!("{first}{b}{c}")), ("19200-8E1", format!("{b}{c}"))] {
+        let file = pcapng_of(&[("A", a), ("B", ""), ("C", "")]);
+        rtutap(&["info", "-"]).write_stdin(file).assert().success().stderr(said);
+    }
+}
+
+#[test]
 fn a_time_that_nobody_believes_is_refused_with_its_place_and_what_to_write() {
     for (input, place) in [
         ("2200-01-01T00:00:00Z 01 03\n", "line 1, column 1"),
