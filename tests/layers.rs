@@ -8,7 +8,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("line", &[]),
     ("section", &[]),
     ("source", &["time", "line", "decode::chunk"]),
-    ("capture", &["time", "line", "decode::chunk"]),
+    ("capture", &["time", "line", "decode::chunk", "decode::stamp"]),
     ("decode", &["time", "line"]),
     ("device", &["time", "line", "decode", "section"]),
     ("analyze", &["time", "line", "decode", "device", "section"]),

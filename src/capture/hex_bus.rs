@@ -6,6 +6,8 @@
 //! # silence until 2026-01-01T00:00:00.2Z
 //! ```
 
+use std::fmt::Write;
+
 use super::directive;
 use super::hex_comment::time_text;
 use super::instant;
@@ -15,7 +17,7 @@ use crate::time::{MILLISECOND, Timestamp};
 
 /// Writes as a comment, without the line's end, that the lines below are of a bus, with its settings where they begin.
 pub fn hex_bus(name: &str, settings: Option<(LineSettings, Option<i64>)>) -> String {
-    let mut text = format!("# bus '{name}'");
+    let mut text = format!("# bus '{}'", escaped(name));
     if let Some((line, hold_ns)) = settings {
         text += &format!(" line {line}");
         if let Some(ns) = hold_ns {
@@ -29,8 +31,7 @@ pub fn hex_bus(name: &str, settings: Option<(LineSettings, Option<i64>)>) -> Str
 pub(super) fn bus(comment: &[u8]) -> Option<(String, Option<BusSettings>)> {
     let text = str::from_utf8(comment.strip_prefix(b"#")?).ok()?.trim();
     let (name, rest) = text.strip_prefix("bus '")?.rsplit_once('\'')?;
-    let is_name = !name.is_empty() && !name.contains('/');
-    let name = Some(name.to_owned()).filter(|_| is_name)?;
+    let name = unescaped(name);
     if rest.is_empty() {
         return Some((name, None));
     }
@@ -44,6 +45,44 @@ pub(super) fn bus(comment: &[u8]) -> Option<(String, Option<BusSettings>)> {
         ..BusSettings::default()
     };
     Some((name, Some(settings)))
+}
+
+/// Writes a name so that it stays within its line: control characters as `\u{a}`, a backslash twice.
+fn escaped(name: &str) -> String {
+    let mut text = String::with_capacity(name.len());
+    for c in name.chars() {
+        match c {
+            '\\' => text.push_str("\\\\"),
+            c if c.is_control() => {
+                let _ = write!(text, "{}", c.escape_unicode()); // writing to a string cannot fail
+            }
+            c => text.push(c),
+        }
+    }
+    text
+}
+
+/// Reads what `escaped` wrote; a backslash before anything else is one, as somebody may write by hand.
+fn unescaped(text: &str) -> String {
+    let mut name = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some((before, after)) = rest.split_once('\\') {
+        name.push_str(before);
+        let (c, length) = character(after).unwrap_or(('\\', 0));
+        name.push(c);
+        rest = &after[length..];
+    }
+    name + rest
+}
+
+/// Reads what stands after a backslash; returns the character it is, and how many bytes say so.
+fn character(text: &str) -> Option<(char, usize)> {
+    if text.starts_with('\\') {
+        return Some(('\\', 1));
+    }
+    let (digits, _) = text.strip_prefix("u{")?.split_once('}')?;
+    let number = u32::from_str_radix(digits, 16).ok()?;
+    Some((char::from_u32(number)?, "u{}".len() + digits.len()))
 }
 
 /// Writes as a comment, without the line's end, that nothing was received until then.
@@ -63,7 +102,35 @@ pub(super) fn silence(comment: &[u8]) -> Option<Timestamp> {
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
+
+    proptest! {
+        #[test]
+        fn every_name_stays_in_its_line_and_is_read_as_it_was(name in any::<String>(), has_settings: bool) {
+            let line: LineSettings = "19200-8E1".parse().expect("line settings");
+            let text = hex_bus(&name, has_settings.then_some((line, Some(MILLISECOND))));
+            prop_assert!(!text.contains(char::is_control));
+            let (read, settings) = bus(text.as_bytes()).expect("a bus");
+            prop_assert_eq!((&read, settings.is_some()), (&name, has_settings));
+            prop_assert!(settings.is_none_or(|settings| settings.name == name && settings.line == line));
+        }
+    }
+
+    #[test]
+    fn names_of_all_kinds_are_read_as_they_were_written() {
+        for name in
+            ["", "a/b", "a\n01 03", "\u{1b}[2J", "\\\\.\\COM10", "\\u{a}", "' line 9600-8N1", "ä'\u{85}"]
+        {
+            let text = hex_bus(name, None);
+            assert!(!text.contains(char::is_control), "{text}");
+            assert_eq!(bus(text.as_bytes()), Some((name.to_owned(), None)), "{text}");
+        }
+        for (text, name) in [("# bus 'C:\\bus'", "C:\\bus"), ("# bus '\\u{110000}\\'", "\\u{110000}\\")] {
+            assert_eq!(bus(text.as_bytes()), Some((name.to_owned(), None)), "{text}");
+        }
+    }
 
     #[test]
     fn buses_and_silences_are_read_as_they_were_written() {
@@ -80,7 +147,7 @@ mod tests {
 
     #[test]
     fn what_people_write_is_no_bus_and_no_silence() {
-        for comment in ["# bus was quiet", "# bus ''", "# bus 'a/b'", "# bus 'a' b", "# bus 'a' line fast"] {
+        for comment in ["# bus was quiet", "# bus 'a", "# bus 'a' b", "# bus 'a' line fast"] {
             assert_eq!(bus(comment.as_bytes()), None, "{comment}");
         }
         for comment in ["# silence", "# silence until noon", "# silence until 2026-01-01T00:00:00Z or so"] {

@@ -1,5 +1,6 @@
 //! Times at the head of a line of hex text, read exactly: decimals never pass through a float.
 
+use crate::decode::stamp::{EARLIEST, LATEST};
 use crate::time::{SECOND, Timestamp};
 
 /// Says what is wrong with a time, and at which offset of the text.
@@ -26,12 +27,18 @@ fn wrong<T>(offset: usize, what: &'static str) -> Result<T, Wrong> {
     Err(Wrong { offset, what })
 }
 
-/// The years that 64-bit nanoseconds since the epoch can hold.
-pub(super) const OUT_OF_RANGE: &str = "the time is not between the years 1678 and 2261";
+/// What is said of times before `EARLIEST` and after `LATEST`, which would all be taken for one and the same.
+pub(super) const OUT_OF_RANGE: &str = "the time is not between the years 1896 and 2116";
+
+/// Makes a time of nanoseconds since the epoch, where it can be reckoned with.
+pub(super) fn from_ns(ns: i128) -> Option<Timestamp> {
+    let time = i64::try_from(ns).ok().map(Timestamp::from_ns)?;
+    (EARLIEST..=LATEST).contains(&time).then_some(time)
+}
 
 fn timestamp(seconds: i64, nanoseconds: i64) -> Result<Timestamp, Wrong> {
-    let ns = seconds.checked_mul(SECOND).and_then(|ns| ns.checked_add(nanoseconds));
-    ns.map(Timestamp::from_ns).ok_or(Wrong { offset: 0, what: OUT_OF_RANGE })
+    let ns = i128::from(seconds) * i128::from(SECOND) + i128::from(nanoseconds);
+    from_ns(ns).ok_or(Wrong { offset: 0, what: OUT_OF_RANGE })
 }
 
 /// Reads seconds and fraction; `point` is the offset of the decimal point.
@@ -162,6 +169,13 @@ mod tests {
     }
 
     #[test]
+    fn every_time_that_is_believed_can_be_written() {
+        assert_eq!(ns("4611686018.427387903"), LATEST.as_ns());
+        assert_eq!(ns("2116-02-20T23:53:38.427387903Z"), LATEST.as_ns());
+        assert_eq!(ns("1896-12-06T00:03:10.786306048Z"), EARLIEST.as_ns());
+    }
+
+    #[test]
     fn offsets_lead_to_the_same_instant() {
         let instant = ns("2026-06-01T12:00:00Z");
         for text in ["2026-06-01T14:00:00+02:00", "2026-06-01 06:30:00-05:30", "2026-06-01t12:00:00z"] {
@@ -182,6 +196,9 @@ mod tests {
             ("2026-01-01T00:00:00.Z", 20, "decimal"),
             ("2026-01-01T00:00:00+2:00", 21, "offset"),
             ("9999-01-01T00:00:00Z", 0, "years"),
+            ("2116-02-21T00:00:00Z", 0, "1896 and 2116"),
+            ("1896-12-05T00:00:00Z", 0, "1896 and 2116"),
+            ("4611686018.427387904", 0, "1896 and 2116"),
             ("99999999999.5", 0, "years"),
             ("99999999999999999999999.5", 0, "years"),
             ("1600000000.", 11, "decimal"),

@@ -9,6 +9,7 @@ mod hex_comment;
 mod hex_line;
 mod hex_text;
 mod instant;
+mod interface_name;
 pub mod mcap;
 mod origin;
 mod pcap;

@@ -11,7 +11,8 @@ use pcap_parser::traits::PcapNGPacketBlock;
 use pcap_parser::{Block, LegacyPcapBlock, PcapHeader};
 
 use super::BUS;
-use super::instant::OUT_OF_RANGE;
+use super::instant::{self, OUT_OF_RANGE};
+use super::interface_name::{Identity, Names};
 use super::mcap::BusSettings;
 use super::reader::{Failure, Forward, Malformed, ReadChunks, TimesBack};
 use super::rtac;
@@ -24,6 +25,8 @@ use crate::time::{SECOND, Timestamp};
 const WINDOW: usize = 1024 * 1024;
 /// How many interfaces a section may have: more is a mistake, or malice.
 const MOST_INTERFACES: usize = 1000;
+/// How many buses the interfaces of all sections may be.
+const MOST_BUSES: usize = 1000;
 /// The link types that their users give a meaning, USER0 to USER15 (tcpdump.org, link-layer header types).
 const USER: std::ops::RangeInclusive<i32> = 147..=162;
 
@@ -223,7 +226,8 @@ type Wrong = (String, &'static str);
 /// Gathers packets, each of the bus that its interface is.
 struct Buses {
     interfaces: Vec<Interface>,
-    /// By name, over all sections; times go forward in each.
+    names: Names,
+    /// Their names, over all sections; times go forward in each.
     buses: Vec<(String, Forward)>,
     /// The bus of the latest packet.
     at: usize,
@@ -241,6 +245,7 @@ impl Buses {
     fn new() -> Self {
         Buses {
             interfaces: Vec::new(),
+            names: Names::default(),
             buses: Vec::new(),
             at: 0,
             settings: None,
@@ -276,12 +281,10 @@ impl Buses {
         // pcap-parser reads the offset as little-endian always.
         let offset = block.if_tsoffset().and_then(Result::ok).unwrap_or(0);
         let name = block.if_name().and_then(Result::ok).unwrap_or_default();
-        // A name is part of topics; of a device's path its end says which.
-        let name = name.rsplit('/').next().map(str::trim).filter(|name| !name.is_empty());
-        let name = name.map_or_else(|| format!("bus{}", self.interfaces.len()), str::to_owned);
+        let bus = self.bus(Identity::new(name, self.interfaces.len()))?;
         let line = block.if_description().and_then(Result::ok).and_then(|said| said.parse().ok());
         let interface = Interface {
-            bus: self.bus(name),
+            bus,
             line,
             pending: Vec::new(),
             link_type: block.linktype.0,
@@ -293,12 +296,16 @@ impl Buses {
         Ok(())
     }
 
-    /// Returns the place of a bus, which is new when it is not known.
-    fn bus(&mut self, name: String) -> usize {
-        self.buses.iter().position(|(known, _)| *known == name).unwrap_or_else(|| {
+    /// Returns the place of the bus that the next interface is.
+    fn bus(&mut self, identity: Identity) -> Result<usize, Wrong> {
+        let (place, new) = self.names.bus(identity, self.interfaces.len());
+        if let Some(name) = new {
+            if self.buses.len() == MOST_BUSES {
+                return Err((format!("more than {MOST_BUSES} buses"), CHECK));
+            }
             self.buses.push((name, Forward::new("packet")));
-            self.buses.len() - 1
-        })
+        }
+        Ok(place)
     }
 
     /// Returns the time of the packet, or that of the one before on its bus where it goes back.
@@ -315,7 +322,7 @@ impl Buses {
         if self.interfaces.is_empty() {
             // The format knows one interface, without a name. The upper bits say how long a frame check sequence is
             // (tcpdump.org, pcap file format).
-            let bus = self.bus(BUS.to_owned());
+            let bus = self.bus(Identity::Named(BUS.to_owned()))?;
             let (link_type, pending) = (header.network.0 & 0xFFFF, Vec::new());
             let (line, snap_length, resolution, offset) = (None, 0, 9, 0);
             self.interfaces.push(Interface {
@@ -408,8 +415,7 @@ fn time(units: u64, interface: &Interface) -> Option<Timestamp> {
     // What a power of ten beyond 128 bits divides is less than a nanosecond.
     let per_second = base.checked_pow(exponent).unwrap_or(u128::MAX);
     let ns = u128::from(units) * SECOND as u128 / per_second;
-    let ns = i128::try_from(ns).ok()? + i128::from(interface.offset) * i128::from(SECOND);
-    i64::try_from(ns).ok().map(Timestamp::from_ns)
+    instant::from_ns(i128::try_from(ns).ok()? + i128::from(interface.offset) * i128::from(SECOND))
 }
 
 #[cfg(test)]

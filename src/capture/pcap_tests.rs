@@ -75,6 +75,17 @@ impl Writer {
         self.block(1, &body)
     }
 
+    /// Writes an interface with a name and a description, where they are not empty.
+    fn named(self, name: &str, description: &str) -> Vec<u8> {
+        let mut body = [&self.u16(147)[..], &self.u16(0), &self.u32(0)].concat();
+        for (code, text) in [(2, name), (3, description)].into_iter().filter(|(_, text)| !text.is_empty()) {
+            body.extend([&self.u16(code)[..], &self.u16(text.len() as u16), text.as_bytes()].concat());
+            body.resize(body.len().next_multiple_of(4), 0);
+        }
+        body.extend([0; 4]);
+        self.block(1, &body)
+    }
+
     fn packet(self, interface: u32, units: u64, data: &[u8], length: usize) -> Vec<u8> {
         let numbers = [interface, (units >> 32) as u32, units as u32, data.len() as u32, length as u32];
         let mut body: Vec<u8> = numbers.iter().flat_map(|&number| self.u32(number)).collect();
@@ -143,9 +154,12 @@ fn times_count_in_what_the_interface_says_and_from_its_offset() {
             let (chunks, end) = read(&file);
             assert_eq!((chunks[0].0, end), (at(ns), Ok(())), "{resolution:?} {offset:?} {big}");
         }
-        let far = [write.section(), write.interface(147, Some(0), None), write.packet(0, u64::MAX, FRAME, 8)];
-        let error = read(&far.concat()).1.expect_err("beyond all times");
-        assert!(error.contains("packet 1: the time is not between"), "{error}");
+        for (offset, seconds) in [(None, u64::MAX), (None, 4_611_686_019), (Some(-2_305_843_010), 0)] {
+            let file =
+                [write.section(), write.interface(147, Some(0), offset), write.packet(0, seconds, FRAME, 8)];
+            let error = read(&file.concat()).1.expect_err("a time that nobody believes");
+            assert!(error.contains("packet 1: the time is not between the years 1896 and 2116"), "{error}");
+        }
     }
 }
 
@@ -323,4 +337,65 @@ fn interfaces_without_a_name_are_numbered_buses_each_with_times_of_its_own() {
     let expected = [("bus1", 5_000), ("bus0", 3_000), ("bus1", 5_000)];
     assert_eq!(found, expected.map(|(bus, ns)| (bus.to_owned(), at(ns))));
     assert_eq!(reader.times_back().map(|back| (back.first, back.count)), Some((3, 1)));
+}
+
+/// Returns of which bus each packet is.
+fn buses(file: &[u8]) -> Vec<String> {
+    let mut reader = Pcap::new(file);
+    let mut buses = Vec::new();
+    while reader.advance().expect("a capture") {
+        buses.push(reader.bus().to_owned());
+    }
+    buses
+}
+
+/// Writes a section of interfaces with these names, and a packet of each.
+fn section_of(names: &[&str]) -> Vec<u8> {
+    let interfaces = names.iter().map(|name| LITTLE.named(name, ""));
+    let packets = (0..names.len()).map(|index| LITTLE.packet(index as u32, 1, FRAME, 8));
+    std::iter::once(LITTLE.section()).chain(interfaces).chain(packets).flatten().collect()
+}
+
+#[test]
+fn two_interfaces_are_never_one_bus() {
+    assert_eq!(buses(&section_of(&["/dev/left/bus", "/dev/right/bus"])), ["bus", "bus-2"]);
+    assert_eq!(buses(&section_of(&["", "bus0"])), ["bus0", "bus0-2"]);
+    assert_eq!(buses(&section_of(&["bus1", ""])), ["bus1", "bus1-2"]);
+}
+
+#[test]
+fn what_a_later_section_calls_the_same_is_the_same_bus() {
+    let parts =
+        [section_of(&["/dev/left/bus", "/dev/right/bus", ""]), section_of(&["/dev/right/bus", "", ""])];
+    assert_eq!(buses(&parts.concat()), ["bus", "bus-2", "bus2", "bus-2", "bus1", "bus2"]);
+}
+
+#[test]
+fn a_name_given_again_in_a_section_is_the_bus_with_other_settings() {
+    let file = [
+        LITTLE.section(),
+        LITTLE.named("pump", "9600-8N1"),
+        LITTLE.packet(0, 1, FRAME, 8),
+        LITTLE.named("pump", "19200-8E1"),
+        LITTLE.packet(1, 2, FRAME, 8),
+    ]
+    .concat();
+    let mut reader = Pcap::new(&file[..]);
+    let mut lines = Vec::new();
+    while reader.advance().expect("a capture") {
+        assert_eq!(reader.bus(), "pump");
+        lines.extend(reader.settings().map(|settings| settings.line.to_string()));
+    }
+    assert_eq!(lines, ["9600-8N1", "19200-8E1"]);
+}
+
+#[test]
+fn more_buses_than_anybody_has_are_refused() {
+    let part = |first: usize| {
+        let names: Vec<_> = (first..first + 600).map(|number| number.to_string()).collect();
+        section_of(&names.iter().map(String::as_str).collect::<Vec<_>>())
+    };
+    assert_eq!(read(&[part(0), part(0)].concat()).1, Ok(()));
+    let error = read(&[part(0), part(600)].concat()).1.expect_err("1200 buses");
+    assert!(error.contains("more than 1000 buses"), "{error}");
 }

@@ -200,10 +200,8 @@ fn time<'a>(row: &Row<'a>, origin: &mut Option<i64>) -> Result<(Timestamp, bool)
         }
     };
     let end = attoseconds.saturating_add(duration.unwrap_or(0)).div_euclid(decimal::PER_NANOSECOND);
-    match i64::try_from(end) {
-        Ok(ns) => Ok((Timestamp::from_ns(ns), duration.is_none())),
-        Err(_) => Err(wrong(OUT_OF_RANGE.to_owned())),
-    }
+    let end = instant::from_ns(end).ok_or_else(|| wrong(OUT_OF_RANGE.to_owned()))?;
+    Ok((end, duration.is_none()))
 }
 
 impl<R: Read> ReadChunks for Table<R> {

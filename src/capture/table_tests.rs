@@ -125,6 +125,8 @@ fn what_cannot_be_read_is_named_with_line_and_column() {
         ("later,0x02", "'later' is no time"),
         ("1e30,0x02", "'1e30' is no time"),
         ("1e12,0x02", "the time is not between"),
+        ("4e9,0x02", "column 'Time [s]': the time is not between the years 1896 and 2116"),
+        ("2200-01-01T00:00:00Z,0x02", "column 'Time [s]': the time is not between the years 1896 and 2116"),
         ("2026-13-01T00:00:00Z,0x02", "the month is not 01 to 12"),
         ("2026-01-01T00:00:00Z5,0x02", "is no time"),
         (&long[..], "line 3: more than 65536 bytes"),

@@ -326,7 +326,15 @@ impl About {
         let said = session.line().or(self.line);
         let line = said.unwrap_or_else(|| {
             let line = LineSettings::default();
-            message::note(format_args!("'{name}' does not name its line settings: {line} assumed"));
+            // The first bus is all of most files.
+            match session.is_empty() {
+                true => {
+                    message::note(format_args!("'{name}' does not name its line settings: {line} assumed"))
+                }
+                false => message::note(format_args!(
+                    "'{name}' does not name the line settings of bus '{bus}': {line} assumed"
+                )),
+            }
             line
         });
         let adapter_hold_ns = self.adapter_hold_ns;

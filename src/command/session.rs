@@ -123,6 +123,11 @@ impl<'a> Session<'a> {
         self.buses.iter().any(|known| known.name == bus)
     }
 
+    /// Tells whether no bus has begun.
+    pub(super) fn is_empty(&self) -> bool {
+        self.buses.is_empty()
+    }
+
     /// Returns how many frames came out so far.
     pub(super) fn frames(&self) -> u64 {
         self.frames

@@ -24,21 +24,47 @@ fn end_ns(frame: usize, byte: usize) -> u64 {
     frame as u64 * 60_000_000 + (byte as u64 + 1) * CHARACTER_NS
 }
 
+/// Writes a block of pcapng.
+fn block(kind: u32, body: &[u8]) -> Vec<u8> {
+    let length = (body.len().next_multiple_of(4) as u32 + 12).to_le_bytes();
+    let padding = vec![0; body.len().next_multiple_of(4) - body.len()];
+    [&kind.to_le_bytes()[..], &length, body, &padding, &length].concat()
+}
+
+/// Writes pcapng of the buses with these names and descriptions, on which the frames come in turn.
+fn pcapng_of(buses: &[(&str, &str)]) -> Vec<u8> {
+    let option = |code: u16, text: &str| {
+        let padding = vec![0; text.len().next_multiple_of(4) - text.len()];
+        [&code.to_le_bytes()[..], &(text.len() as u16).to_le_bytes(), text.as_bytes(), &padding].concat()
+    };
+    let mut file = pcapng(147, &[])[..28].to_vec(); // the section's header
+    for (name, description) in buses {
+        let resolution = [9, 0, 1, 0, 9, 0, 0, 0, 0, 0, 0, 0];
+        let options = [&option(2, name)[..], &option(3, description), &resolution].concat();
+        file.extend(block(1, &[&[147, 0, 0, 0, 0, 0, 0, 0][..], &options].concat()));
+    }
+    for (index, frame) in frames().iter().enumerate() {
+        let bus = (index / 2 % buses.len()) as u32;
+        file.extend(packet(bus, index, frame));
+    }
+    file
+}
+
+/// Writes the packet of a frame, of which the data holds a header, too.
+fn packet(interface: u32, index: usize, data: &[u8]) -> Vec<u8> {
+    let ns = START * 1_000_000_000 + end_ns(index, frames()[index].len() - 1);
+    let length = data.len() as u32;
+    let numbers = [interface, (ns >> 32) as u32, ns as u32, length, length].map(u32::to_le_bytes).concat();
+    block(6, &[&numbers[..], data].concat())
+}
+
 /// Writes pcapng with times in nanoseconds; `header` stands before each frame.
 fn pcapng(link_type: u16, header: &[u8]) -> Vec<u8> {
-    let block = |kind: u32, body: &[u8]| {
-        let length = (body.len().next_multiple_of(4) as u32 + 12).to_le_bytes();
-        let padding = vec![0; body.len().next_multiple_of(4) - body.len()];
-        [&kind.to_le_bytes()[..], &length, body, &padding, &length].concat()
-    };
     let section = [&0x1A2B_3C4D_u32.to_le_bytes()[..], &[1, 0, 0, 0], &[0xFF; 8]].concat();
     let interface = [&link_type.to_le_bytes()[..], &[0; 6], &[9, 0, 1, 0, 9, 0, 0, 0, 0, 0, 0, 0]].concat();
     let mut file = [block(0x0A0D_0D0A, &section), block(1, &interface)].concat();
     for (index, frame) in frames().iter().enumerate() {
-        let ns = START * 1_000_000_000 + end_ns(index, frame.len() - 1);
-        let length = (header.len() + frame.len()) as u32;
-        let numbers = [0, (ns >> 32) as u32, ns as u32, length, length].map(u32::to_le_bytes).concat();
-        file.extend(block(6, &[&numbers[..], header, frame].concat()));
+        file.extend(packet(0, index, &[header, frame].concat()));
     }
     file
 }
@@ -133,4 +159,73 @@ fn times_of_packets_that_go_back_are_said() {
     let text = "time,data,duration\n2,01,0\n1,03,0\n";
     let said = predicate::str::contains("the time goes back in line 3;");
     rtutap(&["decode", "-"]).write_stdin(text).assert().success().stderr(said);
+}
+
+const EVERYTHING: [&str; 7] =
+    ["decode", "-", "--format", "json", "--show=frames", "--show=transactions", "--show=readings"];
+
+/// Returns the hex text that an input is exported to, and asserts that it decodes to the letter.
+fn hex_to_the_letter(input: &[u8]) -> String {
+    let hex = stdout(&["export", "-", "-o", "-", "--format", "hex"], input);
+    let before = stdout(&EVERYTHING, input);
+    assert!(before.lines().count() > 4);
+    assert_eq!(stdout(&EVERYTHING, hex.as_bytes()), before, "{hex}");
+    hex
+}
+
+#[test]
+fn a_bus_that_says_nothing_of_its_line_takes_nothing_from_another_in_hex_text() {
+    let hex = hex_to_the_letter(&pcapng_of(&[("A", "19200-8E1"), ("B", "")]));
+    assert!(hex.contains("\n# line 19200-8E1\n") && hex.contains("\n# bus 'B' line 9600-8N1\n"), "{hex}");
+    let hex = hex_to_the_letter(&pcapng_of(&[("A", ""), ("B", "19200-8E1"), ("C", "")]));
+    assert!(!hex.contains("\n# line ") && hex.contains("\n# bus 'C'\n"), "{hex}");
+}
+
+#[test]
+fn a_bus_that_says_nothing_of_its_adapter_takes_nothing_from_another_in_hex_text() {
+    let heads = ["# bus 'A' line 9600-8N1 adapter-hold 40 ms", "# bus 'B'"];
+    let mut text = String::new();
+    for (index, frame) in frames().iter().enumerate() {
+        let bytes: Vec<_> = frame.iter().map(|byte| format!("{byte:02X}")).collect();
+        let head = if index < 4 { heads[index / 2] } else { ["# bus 'A'", "# bus 'B'"][index / 2 % 2] };
+        let ns = START * 1_000_000_000 + end_ns(index, frame.len() - 1);
+        text += &format!("{head}\n{} {}\n", seconds(ns), bytes.join(" "));
+    }
+    hex_to_the_letter(text.as_bytes());
+}
+
+#[test]
+fn names_of_any_kind_stay_in_their_line_and_apart() {
+    let buses =
+        [("/dev/left/bus", ""), ("/dev/right/bus", ""), ("pump\n01 03", ""), ("it's \\ a 'pump'", "")];
+    let hex = hex_to_the_letter(&pcapng_of(&buses));
+    for name in ["bus-2", "pump_01 03", r"it's \\ a 'pump'"] {
+        assert!(hex.contains(&format!("\n# bus '{name}'\n")), "{name}: {hex}");
+    }
+    assert!(hex.starts_with("# rtutap"));
+}
+
+#[test]
+fn of_several_buses_each_is_named_that_does_not_say_its_line_settings() {
+    let note = "note: 'standard input' does not name ";
+    let [first, b, c] = ["its line settings", "the line settings of bus 'B'", "the line settings of bus 'C'"]
+        .map(|what| format!("{note}{what}: 9600-8N1 assumed\n"));
+    for (a, said) in [("", format!("{first}{b}{c}")), ("19200-8E1", format!("{b}{c}"))] {
+        let file = pcapng_of(&[("A", a), ("B", ""), ("C", "")]);
+        rtutap(&["info", "-"]).write_stdin(file).assert().success().stderr(said);
+    }
+}
+
+#[test]
+fn a_time_that_nobody_believes_is_refused_with_its_place_and_what_to_write() {
+    for (input, place) in [
+        ("2200-01-01T00:00:00Z 01 03\n", "line 1, column 1"),
+        ("# ms since the epoch\n1767225600000.5 01 03\n", "line 2, column 1"),
+        ("time,data\n2200-01-01T00:00:00Z,01\n", "line 2, column 'time'"),
+    ] {
+        let said = format!(
+            "error: 'standard input', {place}: the time is not between the years 1896 and 2116\nhint: "
+        );
+        rtutap(&["decode", "-"]).write_stdin(input).assert().code(2).stderr(predicate::str::contains(said));
+    }
 }

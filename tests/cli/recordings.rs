@@ -87,3 +87,23 @@ fn that_a_recording_was_redacted_stays_with_it_and_its_names_do_not() {
                 messages: only what passes: addr == 1\n";
     rtutap(&["info", arg(&again)]).assert().success().stdout(predicate::str::contains(said));
 }
+
+#[test]
+fn what_a_recording_says_of_itself_stays_a_comment_in_hex_text() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let path = directory.path().join("it.mcap");
+    let remark = ("remark".to_owned(), "only a part\n01 03\u{1b}[2J".to_owned());
+    let settings = BusSettings { name: "a/b\n01".into(), facts: [remark].into(), ..BusSettings::default() };
+    let mut recorder = Recorder::create(&path, Options::default()).expect("a disk that works");
+    let bus = recorder.add_bus(settings).expect("a disk that works");
+    let chunk = Chunk { time: ReadTime::At(at(20)), bytes: &[1, 3], line_errors: &[] };
+    recorder.write_chunk(bus, &chunk, None).expect("a disk that works");
+    recorder.finish("finished").expect("a disk that works");
+    let path = path.to_str().expect("UTF-8");
+    let hex = crate::stdout(&["export", path, "-o", "-", "--format", "hex"], b"");
+    assert!(hex.contains("\n# only a part 01 03 [2J\n# bus 'a/b\\u{a}01' line 9600-8N1\n"), "{hex}");
+    let frames = ["decode", "--show=frames", "--format=json"];
+    let read = crate::stdout(&[&frames[..], &["-"]].concat(), hex.as_bytes());
+    assert_eq!(read, crate::stdout(&[&frames[..], &[path]].concat(), b""));
+    assert!(read.contains(r"a/b\n01"), "{read}");
+}

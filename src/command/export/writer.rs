@@ -20,12 +20,15 @@ use crate::report::redact::{REMARK, REMARK_KEY};
 use crate::report::wide::Wide;
 use crate::report::{Clock, Csv, Format, Json, Judge, Passing, Rows, Show};
 
+/// The settings of a bus as hex text says them: those of the line, and how long the adapter keeps a byte back.
+type HexSettings = (LineSettings, Option<i64>);
+
 /// Writes one format.
 pub(super) enum Writer {
     /// Rows, lines or packets that come and go.
     Rows(Rows),
-    /// The reads, below what is said about them.
-    Hex { reads: Hex, remarks: Vec<String> },
+    /// The reads, below what is said about them; and what a reader takes for a bus of which nothing is said.
+    Hex { reads: Hex, remarks: Vec<String>, unsaid: HexSettings },
     /// A table whose heading is known at the end; until then its rows are in a file without a name.
     Wide { table: Wide, passing: Passing, rows: File, redacted: bool },
     /// Row groups.
@@ -41,7 +44,10 @@ impl Writer {
         let mut show: Vec<Show> = args.show.iter().copied().map(Show::from).collect();
         show.dedup();
         let format: Box<dyn Format> = match kind {
-            ExportKind::Hex => return Ok(Writer::Hex { reads: Hex::new(judge), remarks: remarks(args) }),
+            ExportKind::Hex => {
+                let (reads, remarks) = (Hex::new(judge), remarks(args));
+                return Ok(Writer::Hex { reads, remarks, unsaid: HexSettings::default() });
+            }
             ExportKind::Parquet => return parquet(args, &show, judge),
             // It has a writer of its own.
             ExportKind::Mcap => return Err(Failure::new("MCAP is not written row by row")),
@@ -76,7 +82,7 @@ impl Writer {
     pub(super) fn heading(&mut self, origin: &Origin, out: &mut Vec<u8>) {
         match self {
             Writer::Rows(rows) => rows.heading(out),
-            Writer::Hex { remarks, .. } => {
+            Writer::Hex { reads, remarks, unsaid } => {
                 let line = (!origin.line_is_assumed).then_some(origin.settings.line);
                 out.extend_from_slice(concat!("# rtutap ", env!("CARGO_PKG_VERSION"), "\n").as_bytes());
                 out.extend_from_slice(
@@ -85,9 +91,9 @@ impl Writer {
                 // What was done to the recording before stays true.
                 let before = origin.settings.facts.get(REMARK_KEY).filter(|said| !remarks.contains(said));
                 for remark in remarks.iter().chain(before) {
-                    out.extend_from_slice(format!("# {remark}\n").as_bytes());
+                    out.extend_from_slice(format!("# {}\n", one_line(remark)).as_bytes());
                 }
-                let Writer::Hex { reads, .. } = self else { return };
+                *unsaid = (line.unwrap_or_default(), origin.settings.adapter_hold_ns);
                 if origin.settings.name != BUS {
                     reads.bus(&origin.settings.name, said(origin), out);
                 }
@@ -105,8 +111,10 @@ impl Writer {
 
     /// Begins another bus, or other settings.
     pub(super) fn change(&mut self, origin: &Origin, out: &mut Vec<u8>) {
-        if let Writer::Hex { reads, .. } = self {
-            reads.bus(&origin.settings.name, said(origin), out);
+        if let Writer::Hex { reads, unsaid, .. } = self {
+            // What the head of the file says of the first bus would be taken for this one's, too.
+            let settings = said(origin).or(Some(settings(origin)).filter(|settings| settings != unsaid));
+            reads.bus(&origin.settings.name, settings, out);
         }
     }
 
@@ -186,9 +194,19 @@ impl Writer {
     }
 }
 
+/// Returns the settings that a bus is decoded with.
+fn settings(origin: &Origin) -> HexSettings {
+    (origin.settings.line, origin.settings.adapter_hold_ns)
+}
+
 /// Returns the settings of a bus, unless nobody said them.
-fn said(origin: &Origin) -> Option<(LineSettings, Option<i64>)> {
-    (!origin.line_is_assumed).then_some((origin.settings.line, origin.settings.adapter_hold_ns))
+fn said(origin: &Origin) -> Option<HexSettings> {
+    (!origin.line_is_assumed).then(|| settings(origin))
+}
+
+/// Returns text that a comment can hold: hex text has no control character.
+fn one_line(text: &str) -> String {
+    text.replace(char::is_control, " ")
 }
 
 fn link_type(kind: LinkKind) -> LinkType {
