@@ -34,6 +34,37 @@ pub(super) struct Definitions {
     pub(super) channels: BTreeMap<u16, Channel>,
 }
 
+/// Looks for definitions behind the last chunk when they are first asked for: that reads all of the file.
+#[derive(Default)]
+pub(super) struct Salvaged {
+    /// The file that is being read, until it was looked through.
+    file: Option<File>,
+    found: Definitions,
+}
+
+impl Salvaged {
+    /// Says where to look: in a file whose index is not whole.
+    ///
+    /// # Errors
+    /// When the system gives no second hold of the file.
+    pub(super) fn of(file: &File, is_indexed: bool) -> io::Result<Self> {
+        let file = if is_indexed { None } else { Some(file.try_clone()?) };
+        Ok(Salvaged { file, found: Definitions::default() })
+    }
+
+    /// Returns what is there, and leaves the file where it was: whoever reads it goes on.
+    pub(super) fn definitions(&mut self) -> &Definitions {
+        if let Some(mut file) = self.file.take() {
+            let found = file.stream_position().and_then(|here| {
+                let found = Definitions::salvage(&mut file);
+                file.seek(SeekFrom::Start(here)).and(found)
+            });
+            self.found = found.unwrap_or_default(); // what cannot be read is said by whoever reads on
+        }
+        &self.found
+    }
+}
+
 impl Definitions {
     pub(super) fn is_empty(&self) -> bool {
         self.channels.is_empty()
@@ -68,13 +99,12 @@ impl Definitions {
     /// Reads what stands behind the last chunk of a file whose index is not whole: every definition that parses.
     ///
     /// # Errors
-    /// When the system cannot read the file, of which it goes back to the beginning.
-    pub(super) fn salvage(file: &mut File) -> io::Result<Self> {
+    /// When the system cannot read the file.
+    fn salvage(file: &mut File) -> io::Result<Self> {
         let start = end_of_data(file)?;
         file.seek(SeekFrom::Start(start))?;
         let mut tail = Vec::new();
         Read::by_ref(file).take(LONGEST).read_to_end(&mut tail)?;
-        file.rewind()?;
         let mut definitions = Definitions::default();
         let mut at = 0;
         while at < tail.len() {

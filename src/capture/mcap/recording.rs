@@ -7,7 +7,7 @@ use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 
 use super::RECOVERED;
-use super::definitions::{self, Definitions};
+use super::definitions::{self, Definitions, Salvaged};
 use super::index::{Index, Plan};
 use super::messages::{Cause, Content, Damage, Messages};
 use super::state::{Bus, State};
@@ -104,7 +104,7 @@ pub struct Recording {
     state: State,
     index: Option<Index>,
     /// What the rest of an index still says that is not whole.
-    salvaged: Definitions,
+    salvaged: Salvaged,
     plan: Option<Plan>,
     follows: bool,
     is_finished: bool,
@@ -149,8 +149,7 @@ impl Recording {
     /// When the system cannot read it.
     pub fn from_file(mut file: File) -> io::Result<Self> {
         let index = Index::read(&mut file)?;
-        let salvaged =
-            if index.is_none() { Definitions::salvage(&mut file)? } else { Definitions::default() };
+        let salvaged = Salvaged::of(&file, index.is_some())?;
         let mut recording = Recording { salvaged, ..Recording::new(Source::File(file)) };
         if let Some(index) = &index {
             for (schema, channel) in index.channels() {
@@ -172,7 +171,7 @@ impl Recording {
             messages: Messages::new(source),
             state: State::default(),
             index: None,
-            salvaged: Definitions::default(),
+            salvaged: Salvaged::default(),
             plan: None,
             follows: false,
             is_finished: false,
@@ -339,7 +338,8 @@ impl Recording {
             Content::End(cut) => self.finish(cut, false),
         }
         if let Some((head, payload)) = self.state.take_orphan() {
-            self.salvaged.adopt((head, &payload), &mut self.messages, &mut self.state);
+            let salvaged = self.salvaged.definitions();
+            salvaged.adopt((head, &payload), &mut self.messages, &mut self.state);
         }
         Ok(true)
     }

@@ -11,7 +11,7 @@ use mcap::records::{Channel, MessageHeader};
 use prost::Message;
 use thiserror::Error;
 
-use super::definitions::{self, Definitions};
+use super::definitions::{self, Definitions, Salvaged};
 use super::index::Index;
 use super::messages::{Content, Messages, SchemaRecord};
 use super::part::Part;
@@ -61,10 +61,7 @@ pub enum RecoverError {
 /// When the system cannot read or write, or there is nothing to save; then no file is left behind.
 pub fn recover(mut file: File, output: &Path) -> Result<Recovered, RecoverError> {
     let index = Index::read(&mut file).map_err(RecoverError::Read)?;
-    let salvaged = match &index {
-        Some(_) => Definitions::default(),
-        None => Definitions::salvage(&mut file).map_err(RecoverError::Read)?,
-    };
+    let salvaged = Salvaged::of(&file, index.is_some()).map_err(RecoverError::Read)?;
     let mut messages = Messages::new(file);
     let mut state = State::default();
     for (schema, channel) in index.iter().flat_map(Index::channels) {
@@ -94,7 +91,7 @@ pub fn recover(mut file: File, output: &Path) -> Result<Recovered, RecoverError>
 struct Copy {
     part: Part,
     /// What the rest of an index still says that is not whole.
-    salvaged: Definitions,
+    salvaged: Salvaged,
     /// Follows what is copied, to tell what is lost.
     state: State,
     /// For each channel its id in the new file.
@@ -152,7 +149,7 @@ impl Copy {
     ) -> io::Result<()> {
         self.state.message(head, payload);
         if self.state.take_orphan().is_some() {
-            self.salvaged.adopt((head, payload), messages, &mut self.state);
+            self.salvaged.definitions().adopt((head, payload), messages, &mut self.state);
         }
         let schemas = &messages.schemas;
         // Without its definition it means nothing, and is counted.
