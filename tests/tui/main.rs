@@ -4,6 +4,7 @@ mod keys;
 mod pictures;
 mod replay;
 mod session;
+mod settling;
 mod store;
 mod styles;
 mod views;

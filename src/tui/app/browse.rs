@@ -1,6 +1,6 @@
 //! What actions do in the views: going through rows, fields, bytes, buses and findings.
 
-use super::replay::is_note;
+use super::marks::is_note;
 use super::traffic::Pane;
 use super::{App, View, columns};
 use crate::time::Timestamp;
@@ -26,9 +26,7 @@ impl App {
             Action::Shrink => self.traffic.share = self.traffic.share.saturating_sub(5).max(20),
             Action::Follow => self.traffic.follow(&self.store, height),
             Action::Frames => self.traffic.toggle_frames(&self.store, self.filter.as_ref(), height),
-            Action::Mark => {
-                self.traffic.toggle_mark(&self.store);
-            }
+            Action::Mark => self.toggle_mark(),
             Action::Sort => {
                 let next = match self.traffic.sorted_by {
                     Some((column, _)) => Some(column),
@@ -51,7 +49,7 @@ impl App {
             Action::NextMark | Action::PreviousMark => {
                 let is_forward = action == Action::NextMark;
                 self.go_to("marked row or note", is_forward, |app, number, row| {
-                    app.traffic.is_marked(number) || is_note(row)
+                    app.is_marked(number, row) || is_note(row)
                 });
             }
             _ => return false,

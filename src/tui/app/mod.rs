@@ -5,6 +5,7 @@ mod browse;
 pub mod columns;
 pub mod detail;
 mod devices;
+mod marks;
 mod message;
 mod mouse;
 pub mod order;
@@ -272,6 +273,9 @@ impl App {
     }
 
     fn replace(&mut self, store: Store) {
+        if self.store.known_from().or(store.known_from()).is_some() {
+            self.traffic.forget_marks();
+        }
         self.store = store;
         self.newer = None;
         self.traffic.is_following = true;

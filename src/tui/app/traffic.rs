@@ -46,7 +46,7 @@ pub struct Traffic {
     pub columns: Columns,
     /// By which column rows are sorted, and whether the largest comes first.
     pub sorted_by: Option<(Column, bool)>,
-    /// The marked rows of each list, with their times.
+    /// The marked rows of each list, with their times; of a recording only those without one.
     marks: [BTreeMap<u64, Option<Timestamp>>; 2],
     /// How much of the height the list gets, in percent.
     pub share: u16,
@@ -251,6 +251,11 @@ impl Traffic {
         }
         marks.insert(number, time);
         Some(true)
+    }
+
+    /// Forgets which rows are marked: they are numbered anew.
+    pub fn forget_marks(&mut self) {
+        self.marks = Default::default();
     }
 
     /// Selects the line of the tree that the selected byte belongs to, or the first byte of the selected line.

@@ -158,7 +158,7 @@ fn line(
     let theme = &app.theme;
     let tone = row.tone();
     let has_finding = app.store().findings().of_row(row).next().is_some();
-    let mark = match (app.traffic.is_marked(number), has_finding && tone < Tone::Warn) {
+    let mark = match (app.is_marked(number, row), has_finding && tone < Tone::Warn) {
         (true, _) => "◆",
         (false, true) => "!",
         (false, false) => glyph(tone),
