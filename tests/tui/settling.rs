@@ -49,3 +49,29 @@ fn a_mark_stays_on_its_row_when_rows_are_numbered_anew() {
     session.press("m m");
     assert_eq!(session.app.marked_places().len(), 1);
 }
+
+#[test]
+fn who_reads_a_row_goes_on_reading_it_when_all_before_it_is_known() {
+    let mut session = unsettled(80, 24);
+    session.press("up up up up up up up up up up tab down down");
+    let look = |session: &Session| {
+        let (traffic, store) = (&session.app.traffic, session.app.store());
+        let below = traffic.place(store).zip(Some(traffic.top(store))).map(|(place, top)| place - top);
+        (session.row().time(), traffic.is_following, traffic.pane, traffic.node, traffic.byte, below)
+    };
+    let before = look(&session);
+    assert!(!before.1 && before.3 > 0);
+    session.app.update(Message::Replaced(settled()));
+    assert_eq!(session.app.store().known_from(), None);
+    assert_eq!(look(&session), before);
+}
+
+#[test]
+fn who_follows_goes_on_following_when_all_before_is_known() {
+    let mut session = unsettled(140, 45);
+    session.press("tab down down");
+    session.app.update(Message::Replaced(settled()));
+    assert!(session.app.traffic.is_following && session.app.traffic.node > 0);
+    let last = session.app.store().list(session.app.traffic.list).last().and_then(Row::time);
+    assert_eq!(session.row().time(), last);
+}
