@@ -130,6 +130,8 @@ impl<'a, 's> Head<'a, 's> {
                 Some(Order::Place((time - origin).saturating_sub(1).max(0)))
             }
             Order::Find { .. } | Order::Words { .. } if is_cold || self.is_settling => {
+                // It is looked for from here, so here is where it stays.
+                self.pause();
                 self.deferred = Some(order.without_row());
                 None
             }

@@ -142,7 +142,7 @@ impl<'a, 's> Head<'a, 's> {
         let goal = match order {
             Order::Play => {
                 self.is_playing = !self.is_playing && !self.is_at_end;
-                self.from = None;
+                (self.from, self.deferred) = (None, None);
                 return;
             }
             Order::Speed(speed) => {
@@ -182,6 +182,11 @@ impl<'a, 's> Head<'a, 's> {
         (self.is_at_end, self.is_settling, self.has_tried, self.deferred) = (false, false, false, None);
         self.begun = self.decoder.reached().elapsed_ns;
         (self.goal, self.from) = (Some(goal), None);
+    }
+
+    /// Stays where it is, and goes on with what it is on the way to.
+    pub(super) fn pause(&mut self) {
+        (self.is_playing, self.is_at_end, self.from) = (false, false, None);
     }
 
     /// Gives up the way to a goal: what was decoded for it is shown.

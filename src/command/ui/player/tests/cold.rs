@@ -46,6 +46,38 @@ fn what_is_not_decoded_yet_is_shown_provisionally_and_then_as_it_is() {
     same_as_run(&head, &truth);
 }
 
+/// Says from when to when a recording is that nobody has decoded yet.
+fn times(stage: &Stage, shared: &Shared<'_>) -> i64 {
+    let (begin, last) = Reel::open(&stage.tracks).expect("a recording").times().expect("an index");
+    shared.lock().timeline.end_ns = last - begin;
+    last - begin
+}
+
+#[test]
+fn who_searches_while_it_is_played_searches_from_there() {
+    let (_directory, paths) = large();
+    let stage = Stage::new(paths, false);
+    let shared = Shared::default();
+    let end = times(&stage, &shared);
+    let mut head = stage.head(&shared);
+    go(&mut head, Order::Place(end / 2));
+    head.order(Order::Play);
+    head.work(NOW, &mut || true).expect("a recording");
+    head.work(NOW + SECOND, &mut || true).expect("a recording");
+    let place = head.state().playhead;
+    assert!(head.is_cold() && head.state().is_playing && place > end / 2);
+    head.order(Order::Find { what: Sought::Error, is_forward: true, before: None });
+    for second in 2..60 {
+        head.work(NOW + second * SECOND, &mut || true).expect("a recording");
+    }
+    assert!(head.is_cold() && !head.state().is_playing && head.state().playhead == place);
+    let from = stage.run(|_, next| next > place).reached().items;
+    scan(&stage.tracks, stage.decoder(), &shared, stage.line()).expect("a recording");
+    settle(&mut head);
+    let next = troubles(&stage).into_iter().find(|items| *items > from);
+    assert_eq!(Some(head.decoder.reached().items), next, "the next from where it was asked for");
+}
+
 #[test]
 fn provisional_rows_are_gone_about_in_and_what_needs_all_of_them_waits() {
     let (_directory, paths) = large();
