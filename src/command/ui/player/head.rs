@@ -198,7 +198,12 @@ impl<'a, 's> Head<'a, 's> {
 
     /// Tells whether there is something to do at once.
     pub(super) fn is_busy(&self) -> bool {
-        self.goal.is_some() || self.can_settle()
+        self.goal.is_some() || self.can_settle() || self.is_due()
+    }
+
+    /// Tells whether what waited until all before the playhead is known can be done.
+    fn is_due(&self) -> bool {
+        self.deferred.is_some() && self.goal.is_none() && !self.is_cold()
     }
 
     /// Tells whether there is something to do before long.
@@ -213,6 +218,11 @@ impl<'a, 's> Head<'a, 's> {
     pub(super) fn work(&mut self, now: Timestamp, more: &mut dyn FnMut() -> bool) -> Result<bool, Failure> {
         if self.goal.is_none() && self.can_settle() {
             self.settle()?;
+        } else if self.is_due()
+            && let Some(order) = self.deferred.take()
+        {
+            // Only now: on the way to what is looked for, nothing is shown, so what is known was shown before.
+            self.order(order);
         }
         let stop = match self.goal.take() {
             Some(Goal::Find(find)) => self.find(find, more)?,
@@ -288,10 +298,6 @@ impl<'a, 's> Head<'a, 's> {
             self.playhead = place;
         }
         self.is_settling = false;
-        let is_cold = self.is_cold();
-        if let Some(order) = self.deferred.take_if(|_| !is_cold) {
-            self.order(order);
-        }
         Ok(Stop::Reached)
     }
 

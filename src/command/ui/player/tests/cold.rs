@@ -79,6 +79,30 @@ fn who_searches_while_it_is_played_searches_from_there() {
 }
 
 #[test]
+fn what_is_known_is_shown_before_what_waited_for_it_is_looked_for() {
+    let (_directory, paths) = large();
+    let stage = Stage::new(paths, false);
+    let shared = Shared::default();
+    let place = times(&stage, &shared) / 2;
+    let mut head = stage.head(&shared);
+    go(&mut head, Order::Place(place));
+    go(&mut head, Order::Find { what: Sought::Note, is_forward: true, before: None });
+    assert!(head.take_change().is_some_and(|(_, store)| store.known_from().is_some()));
+    scan(&stage.tracks, stage.decoder(), &shared, stage.line()).expect("a recording");
+    let shown = std::iter::repeat_with(|| {
+        head.work(NOW, &mut || true).expect("a recording");
+        (head.take_change(), head.state().way.is_some(), head.is_busy())
+    });
+    let (change, is_on_the_way, is_busy) =
+        shown.take(1000).find(|(change, ..)| change.is_some()).expect("something to show");
+    assert!(change.is_some_and(|(_, store)| store.known_from().is_none()));
+    assert!(is_on_the_way && is_busy, "it is looked for next");
+    settle(&mut head);
+    assert_eq!(head.take_said().as_deref(), Some("there is no note after this"));
+    assert_eq!(head.state().playhead, stage.run(|_, next| next > place).reached().elapsed_ns);
+}
+
+#[test]
 fn provisional_rows_are_gone_about_in_and_what_needs_all_of_them_waits() {
     let (_directory, paths) = large();
     let stage = Stage::new(paths, false);
