@@ -1,6 +1,7 @@
 //! The terminal UI, driven without a terminal: what keys do, what views show, what styles mean.
 
 mod keys;
+mod notes;
 mod pictures;
 mod replay;
 mod session;

@@ -1,6 +1,5 @@
 //! What actions do in the views: going through rows, fields, bytes, buses and findings.
 
-use super::marks::is_note;
 use super::traffic::Pane;
 use super::{App, View, columns};
 use crate::time::Timestamp;
@@ -46,12 +45,7 @@ impl App {
                     app.store.findings().of_row(row).next().is_some()
                 });
             }
-            Action::NextMark | Action::PreviousMark => {
-                let is_forward = action == Action::NextMark;
-                self.go_to("marked row or note", is_forward, |app, number, row| {
-                    app.is_marked(number, row) || is_note(row)
-                });
-            }
+            Action::NextMark | Action::PreviousMark => self.go_to_remark(action == Action::NextMark),
             _ => return false,
         }
         true

@@ -146,6 +146,10 @@ pub(super) struct Deck {
     is_dragged: bool,
     /// What is to be selected when the player has arrived.
     awaited: Option<Awaited>,
+    /// The place of the mark or note that the player is sent to.
+    pub(super) remark: Option<i64>,
+    /// The row that was gone to for a mark or note, and the place of that.
+    pub(super) arrived: Option<(u64, i64)>,
 }
 
 /// Says what is to be selected when the player has arrived.
@@ -155,6 +159,8 @@ enum Awaited {
     Hit(Sought, Option<Sieve>),
     /// The row so many after the one that is selected.
     Step(isize),
+    /// The row nearest to a place that was marked or noted.
+    Remark(i64),
 }
 
 impl App {
@@ -204,6 +210,9 @@ impl App {
         if let Some(step) = step.filter(|_| !self.traffic.is_following && self.filter.is_none()) {
             self.deck.awaited = Some(Awaited::Step(step));
         }
+        if let Some(place) = self.deck.remark.take() {
+            self.deck.awaited = Some(Awaited::Remark(place));
+        }
         Some(effect)
     }
 
@@ -232,6 +241,7 @@ impl App {
         let height = self.page();
         match awaited {
             Awaited::Step(by) => self.traffic.step(&self.store, by, height),
+            Awaited::Remark(place) => self.go_to_place(place),
             Awaited::Hit(what, sieve) => {
                 let is_hit = |row: &Row| is_hit(&self.store, row, what, sieve.as_ref());
                 let count = self.traffic.order.len(&self.store);
@@ -267,7 +277,7 @@ impl App {
         })
     }
 
-    fn page(&self) -> usize {
+    pub(super) fn page(&self) -> usize {
         self.regions().rows()
     }
 
