@@ -1,7 +1,7 @@
 //! Notes and marks in a recording: going to them, and what keeps them.
 
-use rtutap::tui::app::Message;
 use rtutap::tui::app::replay::Order;
+use rtutap::tui::app::{Effect, Message};
 use rtutap::tui::timeline::Sought;
 
 use crate::replay::{order, session};
@@ -46,4 +46,23 @@ fn a_note_that_is_not_in_memory_is_gone_to_and_read() {
     session.app.update(Message::Replaced(store));
     assert_eq!(session.row().time(), Some(time));
     assert!(session.screen().contains("noted: cable moved"), "{}", session.screen());
+}
+
+#[test]
+fn who_quits_with_notes_that_nothing_keeps_is_told_once() {
+    let mut session = session(40, 12, |_| {});
+    note(&mut session, "cable moved");
+    let export = |session: &mut Session, path: &str| {
+        session.press("w");
+        session.type_text(path);
+        assert!(matches!(session.press("enter"), Some(Effect::Export { .. })));
+    };
+    export(&mut session, "part.csv");
+    assert_eq!(session.press("q"), None);
+    assert!(session.screen().contains("w to .mcap, q quits"), "{}", session.screen());
+    assert_eq!(session.press("q"), Some(Effect::Quit));
+    note(&mut session, "cable moved again");
+    assert_eq!(session.press("q"), None);
+    export(&mut session, "part.mcap");
+    assert_eq!(session.press("q"), Some(Effect::Quit), "all is kept");
 }

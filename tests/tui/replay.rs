@@ -142,7 +142,7 @@ fn what_is_noted_in_a_replay_is_kept_by_an_export() {
     session.press("a");
     session.type_text("cable moved");
     assert_eq!(session.press("enter"), None);
-    assert!(session.screen().contains("an export (w) keeps it"), "{}", session.screen());
+    assert!(session.screen().contains("an export (w) to .mcap keeps it"), "{}", session.screen());
     session.press("w");
     session.type_text("part.mcap");
     let effect = session.press("enter");

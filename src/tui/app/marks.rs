@@ -1,5 +1,7 @@
 //! What people mark and note: rows of live traffic, and places of a recording.
 
+use std::path::Path;
+
 use super::replay::Order;
 use super::{Action, App};
 use crate::time::{SECOND, Timestamp};
@@ -67,8 +69,29 @@ impl App {
             return self.say(Tone::Warn, "a note is of a time, and this recording has none");
         };
         self.deck.notes.push((time, text));
+        (self.deck.unkept, self.deck.has_asked) = (self.deck.unkept + 1, false);
         let key = self.shown_key(Action::Export);
-        self.say(Tone::Good, format!("noted; an export ({key}) keeps it"));
+        self.say(Tone::Good, format!("noted; an export ({key}) to .mcap keeps it"));
+    }
+
+    /// Takes note that marks and notes are exported to a file, if it is of the format that has them.
+    pub(super) fn keep_notes(&mut self, path: &str) {
+        let extension = Path::new(path).extension();
+        if extension.is_some_and(|extension| extension.eq_ignore_ascii_case("mcap")) {
+            self.deck.unkept = 0;
+        }
+    }
+
+    /// Tells whether quitting loses notes, which is said once.
+    pub(super) fn asks_to_keep_notes(&mut self) -> bool {
+        if self.deck.unkept == 0 || std::mem::replace(&mut self.deck.has_asked, true) {
+            return false;
+        }
+        let (export, quit) = (self.shown_key(Action::Export), self.shown_key(Action::Quit));
+        let count = self.deck.unkept;
+        let notes = if count == 1 { "note" } else { "notes" };
+        self.say(Tone::Warn, format!("{count} {notes} unkept: {export} to .mcap, {quit} quits"));
+        true
     }
 
     /// Returns what was marked, and in a recording what was noted, in the order of time.
@@ -131,7 +154,8 @@ impl App {
     /// Returns the next mark or note if it is in memory; `own` is the next that was made here.
     fn next_in_memory(&self, is_forward: bool, own: Option<i64>) -> Option<Next> {
         let is_remark = |number: u64, row: &Row| self.is_marked(number, row) || is_note(row);
-        let found = self.traffic.find(&self.store, is_forward, is_remark).filter(|(_, went_round)| !went_round);
+        let found =
+            self.traffic.find(&self.store, is_forward, is_remark).filter(|(_, went_round)| !went_round);
         let row = found.and_then(|(number, _)| self.store.list(self.traffic.list).get(number));
         let at = row.and_then(|row| self.place_of(row));
         let is_nearer = |own: &i64| at.is_none_or(|at| if is_forward { *own <= at } else { *own >= at });

@@ -142,6 +142,10 @@ pub(super) struct Deck {
     pub(super) marks: Vec<i64>,
     /// What was noted here, with the time of the traffic.
     pub(super) notes: Vec<(Timestamp, String)>,
+    /// How many notes are in no file yet.
+    pub(super) unkept: usize,
+    /// Whether it was said that quitting loses them.
+    pub(super) has_asked: bool,
     /// Whether the playhead is dragged.
     is_dragged: bool,
     /// What is to be selected when the player has arrived.
