@@ -75,3 +75,18 @@ fn who_follows_goes_on_following_when_all_before_is_known() {
     let last = session.app.store().list(session.app.traffic.list).last().and_then(Row::time);
     assert_eq!(session.row().time(), last);
 }
+
+#[test]
+fn findings_that_are_not_known_yet_are_not_said_to_be_none() {
+    let mut session = unsettled(80, 24);
+    for (key, said) in [("/", "not known here yet"), ("b", "no pause till then")] {
+        session.press(key);
+        session.press("ctrl-u");
+        session.type_text("finding == D06");
+        session.press("enter");
+        assert!(session.screen().contains(said), "{}", session.screen());
+        assert!(!session.screen().contains("no row here passes"));
+    }
+    session.app.update(Message::Replaced(settled()));
+    assert!(session.screen().contains("no row here passes"), "now it is known");
+}

@@ -59,6 +59,9 @@ impl App {
                 self.break_from = self.newest().list(List::Exchanges).total();
                 let said = match &self.breaks_on {
                     Some(filter) if self.is_live => format!("freezes when a row passes {filter}"),
+                    Some(filter) if self.is_too_early(filter) => {
+                        "findings are not known yet: no pause till then".to_owned()
+                    }
                     Some(filter) => format!("pauses when a row passes {filter}"),
                     None if self.is_live => "freezes by itself no more".to_owned(),
                     None => "pauses by itself no more".to_owned(),
@@ -98,6 +101,11 @@ impl App {
         None
     }
 
+    /// Tells whether a filter asks for findings where nobody knows them yet.
+    fn is_too_early(&self, filter: &Filter) -> bool {
+        filter.asks_for_findings() && self.store.known_from().is_some()
+    }
+
     /// Says which fields of a filter no profile has: such a filter passes nothing.
     fn warn_of_unknown_fields(&mut self, filter: Option<Filter>) {
         let fields = &self.vocabulary.fields;
@@ -125,6 +133,9 @@ impl App {
                 Tone::Info,
                 match self.is_live {
                     true => "no row passes the filter yet".to_owned(),
+                    false if self.filter.as_ref().is_some_and(|filter| self.is_too_early(filter)) => {
+                        "findings are not known here yet".to_owned()
+                    }
                     false => {
                         format!("no row here passes; {next} goes to the next that does, {last} to the last")
                     }

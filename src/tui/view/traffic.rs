@@ -81,6 +81,9 @@ fn list(app: &App, area: Rect, buffer: &mut Buffer) {
         });
         let lines: &[&str] = match (&app.filter, app.is_live) {
             (Some(_), false) if passing == Some((0, true)) => &["no row of the recording passes the filter"],
+            (Some(filter), false) if filter.asks_for_findings() && store.known_from().is_some() => {
+                &["not known here yet: findings need all before"]
+            }
             (Some(_), false) => &["no row here passes the filter"],
             (Some(_), true) => &["no row passes the filter yet"],
             (None, true) => &["nothing was received yet", "", "rtutap only listens: a master has to ask"],
