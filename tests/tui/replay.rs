@@ -187,6 +187,15 @@ fn an_empty_list_says_whether_any_row_of_the_recording_passes() {
 }
 
 #[test]
+fn a_recording_that_cannot_be_read_on_says_so_where_progress_is_said() {
+    let mut session = session(80, 24, |replay| Arc::make_mut(&mut replay.timeline).is_broken = true);
+    let screen = session.screen();
+    assert!(screen.contains("cannot be read on") && !screen.contains("decoded 70 %"), "{screen}");
+    session.app.update(Message::Replaced(Store::default()));
+    assert!(session.screen().contains("nothing of it can be read"), "{}", session.screen());
+}
+
+#[test]
 fn a_playhead_on_its_way() {
     check("replay_way", |replay| replay.way = Some((Way::Place(500 * SECOND), 0.42)));
 }

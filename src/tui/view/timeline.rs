@@ -216,6 +216,7 @@ fn way(replay: &Replay) -> Option<String> {
 fn known(timeline: &Timeline) -> Vec<String> {
     let mut parts = Vec::new();
     match (timeline.is_growing, timeline.is_complete) {
+        _ if timeline.is_broken => parts.push("cannot be read on".to_owned()),
         (true, _) => parts.push("still written".to_owned()),
         (false, false) => parts.push(format!("decoded {}", percent(timeline.share))),
         (false, true) => {}

@@ -87,6 +87,9 @@ fn list(app: &App, area: Rect, buffer: &mut Buffer) {
             (Some(_), false) => &["no row here passes the filter"],
             (Some(_), true) => &["no row passes the filter yet"],
             (None, true) => &["nothing was received yet", "", "rtutap only listens: a master has to ask"],
+            (None, false) if app.replay().is_some_and(|replay| replay.timeline.is_broken) => {
+                &["nothing of it can be read"]
+            }
             (None, false) => &["nothing is decoded yet"],
         };
         return super::empty(app, area, lines, buffer);
