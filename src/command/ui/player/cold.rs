@@ -108,7 +108,8 @@ impl<'a, 's> Head<'a, 's> {
                 decoder.take(&item, self.line, self.hold_ns)?;
             }
             seen += length(&item);
-            if !is_shown && seen >= lead {
+            // Before the first bytes it is not known when they are.
+            if !is_shown && seen > 0 && seen >= lead {
                 decoder.begin_here();
                 is_shown = true;
             }

@@ -132,3 +132,24 @@ fn provisional_rows_are_gone_about_in_and_what_needs_all_of_them_waits() {
     go(&mut head, Order::Rows(List::Exchanges, PROVISIONAL + 7));
     assert_eq!(head.decoder.reached().items, items, "a number that came too late is none");
 }
+
+#[test]
+fn from_when_on_it_is_known_is_said_however_few_bytes_are_before_a_place() {
+    let (_directory, parts) = large();
+    let stage = Stage::new(parts.clone(), false);
+    let shared = Shared::default();
+    let end = times(&stage, &shared);
+    let mut head = stage.head(&shared);
+    for path in &parts[1..] {
+        let origin = head.decoder.reached().origin.expect("times");
+        let part = Tracks::new(vec![path.clone()], None, None, false);
+        let (begin, _) = Reel::open(&part).expect("a recording").times().expect("an index");
+        let place = begin - origin;
+        assert!(place < end);
+        for after in [0, 1, SECOND / 100, SECOND / 10] {
+            go(&mut head, Order::Place(place + after));
+            let store = head.decoder.store();
+            assert!(!head.is_cold() || store.known_from().is_some(), "{place} {after}");
+        }
+    }
+}
