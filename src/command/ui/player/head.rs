@@ -191,6 +191,10 @@ impl<'a, 's> Head<'a, 's> {
 
     /// Gives up the way to a goal: what was decoded for it is shown.
     fn stay(&mut self) {
+        // Nobody asked for that, and what is half known is not to be seen.
+        if self.is_settling {
+            return;
+        }
         if self.goal.take().is_some() {
             self.arrive();
         }

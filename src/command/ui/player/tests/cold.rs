@@ -153,3 +153,22 @@ fn from_when_on_it_is_known_is_said_however_few_bytes_are_before_a_place() {
         }
     }
 }
+
+#[test]
+fn what_is_about_to_be_known_is_not_given_up() {
+    let (_directory, paths) = large();
+    let stage = Stage::new(paths, false);
+    let shared = Shared::default();
+    let place = times(&stage, &shared) / 2;
+    let mut head = stage.head(&shared);
+    go(&mut head, Order::Place(place));
+    scan(&stage.tracks, stage.decoder(), &shared, stage.line()).expect("a recording");
+    head.take_change();
+    head.work(NOW, &mut || false).expect("a recording");
+    assert!(head.is_settling && head.is_busy());
+    head.order(Order::Stay);
+    assert!(head.take_change().is_none(), "what is half known is not shown");
+    settle(&mut head);
+    assert!(!head.is_settling && head.state().playhead == place);
+    same_as_run(&head, &stage.run(|_, next| next > place));
+}
