@@ -137,7 +137,7 @@ impl App {
                         "findings are not known here yet".to_owned()
                     }
                     false => {
-                        format!("no row here passes; {next} goes to the next that does, {last} to the last")
+                        format!("none here: {next} goes to the next, {last} to the last")
                     }
                 },
             );
