@@ -207,6 +207,8 @@ pub struct Timeline {
     pub is_complete: bool,
     /// Whether it is still being written.
     pub is_growing: bool,
+    /// Whether it cannot be read on.
+    pub is_broken: bool,
 }
 
 impl Timeline {

@@ -29,14 +29,14 @@ fn timeline() -> Timeline {
     Timeline { events, decoded_ns: 420 * SECOND, end_ns: END, share: 0.7, ..Timeline::default() }
 }
 
-fn replay(session: &Session) -> Replay {
+pub(super) fn replay(session: &Session) -> Replay {
     let store = session.app.store();
     let timeline = Timeline { origin: store.begun(), ..timeline() };
     Replay { timeline: Arc::new(timeline), playhead: 200 * SECOND, speed: 1.0, ..Replay::default() }
 }
 
 /// Shows a recording, with what a test changes of it.
-fn session(columns: u16, lines: u16, change: impl Fn(&mut Replay)) -> Session {
+pub(super) fn session(columns: u16, lines: u16, change: impl Fn(&mut Replay)) -> Session {
     let options = Options { is_live: false, ..Options::default() };
     let mut session = Session::with(options, columns, lines, 700);
     let mut replay = replay(&session);
@@ -45,7 +45,7 @@ fn session(columns: u16, lines: u16, change: impl Fn(&mut Replay)) -> Session {
     session
 }
 
-fn order(effect: Option<Effect>) -> Order {
+pub(super) fn order(effect: Option<Effect>) -> Order {
     match effect {
         Some(Effect::Replay(order)) => order,
         other => panic!("no order: {other:?}"),
@@ -78,7 +78,7 @@ fn a_recording_that_is_played_with_a_filter() {
 }
 
 /// Returns the traffic from some moment on, of which nobody knows what came before.
-fn provisional() -> Store {
+pub(super) fn provisional() -> Store {
     let mut source = Source::new();
     source.feed = source.feed.provisional(Timestamp::from_ns(0));
     source.take(200);
@@ -142,7 +142,7 @@ fn what_is_noted_in_a_replay_is_kept_by_an_export() {
     session.press("a");
     session.type_text("cable moved");
     assert_eq!(session.press("enter"), None);
-    assert!(session.screen().contains("an export (w) keeps it"), "{}", session.screen());
+    assert!(session.screen().contains("an export (w) to .mcap keeps it"), "{}", session.screen());
     session.press("w");
     session.type_text("part.mcap");
     let effect = session.press("enter");
@@ -184,6 +184,15 @@ fn an_empty_list_says_whether_any_row_of_the_recording_passes() {
         session.press("enter");
         assert!(session.screen().contains(said), "{}", session.screen());
     }
+}
+
+#[test]
+fn a_recording_that_cannot_be_read_on_says_so_where_progress_is_said() {
+    let mut session = session(80, 24, |replay| Arc::make_mut(&mut replay.timeline).is_broken = true);
+    let screen = session.screen();
+    assert!(screen.contains("cannot be read on") && !screen.contains("decoded 70 %"), "{screen}");
+    session.app.update(Message::Replaced(Store::default()));
+    assert!(session.screen().contains("nothing of it can be read"), "{}", session.screen());
 }
 
 #[test]

@@ -125,14 +125,21 @@ fn parts(recording: &app::Recording) -> Vec<PathBuf> {
 /// Exports while the screen goes on; returns what to say about it.
 pub(in crate::command) fn start_export(args: cli::Export) -> (Tone, String) {
     let path = args.output.display().to_string();
+    let lost = if loses_notes(&args) { ", without marks and notes: only .mcap has them" } else { "" };
     let started = Builder::new().name("export".to_owned()).spawn(move || match export::run(&args) {
-        Ok(()) => message::note(format_args!("exported to '{}'", args.output.display())),
+        Ok(()) => message::note(format_args!("exported to '{}'{lost}", args.output.display())),
         Err(failure) => failure.say(),
     });
     match started {
         Ok(_) => (Tone::Info, format!("exporting to '{path}'")),
         Err(error) => (Tone::Bad, format!("cannot start a thread: {error}")),
     }
+}
+
+/// Tells whether there are marks or notes that the format of an export cannot keep.
+fn loses_notes(args: &cli::Export) -> bool {
+    let extension = args.output.extension();
+    !args.notes.is_empty() && !extension.is_some_and(|extension| extension.eq_ignore_ascii_case("mcap"))
 }
 
 #[cfg(test)]
@@ -154,5 +161,13 @@ mod tests {
             std::fs::write(path(name), "").expect("a disk that works");
         }
         assert_eq!(parts(&recording), [path("2.mcap"), path("3.mcap.part")]);
+    }
+
+    #[test]
+    fn only_mcap_keeps_what_was_noted() {
+        let note = || vec![(crate::time::Timestamp::from_ns(0), "mark".to_owned())];
+        let export = |name: &str, notes| export::of(vec![], None, name.into(), Default::default(), notes);
+        assert!(loses_notes(&export("a.csv", note())));
+        assert!(!loses_notes(&export("a.csv", vec![])) && !loses_notes(&export("a.MCAP", note())));
     }
 }

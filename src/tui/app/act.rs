@@ -30,7 +30,7 @@ impl App {
             return Some(effect);
         }
         match action {
-            Action::Quit => return Some(Effect::Quit),
+            Action::Quit => return (!self.asks_to_keep_notes()).then_some(Effect::Quit),
             Action::Suspend => return Some(Effect::Suspend),
             Action::Redraw => return Some(Effect::Redraw),
             Action::Mouse => {

@@ -1,6 +1,5 @@
 //! What actions do in the views: going through rows, fields, bytes, buses and findings.
 
-use super::replay::is_note;
 use super::traffic::Pane;
 use super::{App, View, columns};
 use crate::time::Timestamp;
@@ -26,9 +25,7 @@ impl App {
             Action::Shrink => self.traffic.share = self.traffic.share.saturating_sub(5).max(20),
             Action::Follow => self.traffic.follow(&self.store, height),
             Action::Frames => self.traffic.toggle_frames(&self.store, self.filter.as_ref(), height),
-            Action::Mark => {
-                self.traffic.toggle_mark(&self.store);
-            }
+            Action::Mark => self.toggle_mark(),
             Action::Sort => {
                 let next = match self.traffic.sorted_by {
                     Some((column, _)) => Some(column),
@@ -48,12 +45,7 @@ impl App {
                     app.store.findings().of_row(row).next().is_some()
                 });
             }
-            Action::NextMark | Action::PreviousMark => {
-                let is_forward = action == Action::NextMark;
-                self.go_to("marked row or note", is_forward, |app, number, row| {
-                    app.traffic.is_marked(number) || is_note(row)
-                });
-            }
+            Action::NextMark | Action::PreviousMark => self.go_to_remark(action == Action::NextMark),
             _ => return false,
         }
         true

@@ -5,6 +5,7 @@ mod browse;
 pub mod columns;
 pub mod detail;
 mod devices;
+mod marks;
 mod message;
 mod mouse;
 pub mod order;
@@ -272,10 +273,22 @@ impl App {
     }
 
     fn replace(&mut self, store: Store) {
+        if self.store.known_from().or(store.known_from()).is_some() {
+            self.traffic.forget_marks();
+        }
+        let is_known_now = self.store.known_from().is_some() && store.known_from().is_none();
+        let same = match is_known_now && self.store.now() == store.now() {
+            // Nobody asked for this: who reads a row goes on reading it.
+            true => self.traffic.same_row(&self.store, &store),
+            false => None,
+        };
         self.store = store;
         self.newer = None;
-        self.traffic.is_following = true;
         self.traffic.reset(&self.store, self.filter.as_ref());
+        match same {
+            Some(number) => self.traffic.renumber(number),
+            None => self.traffic.is_following = true,
+        }
         self.select_awaited();
         self.break_from = self.store.list(List::Exchanges).total();
     }

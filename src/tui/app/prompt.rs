@@ -46,7 +46,7 @@ impl Ask {
             Ask::Search => "words of a row, or bytes such as 26 00",
             Ask::Note => "cable at sensor 3 moved",
             Ask::Time => "13:05, 13:05:30, 2026-01-01T13:05:00Z, or seconds from the start such as 12.5",
-            Ask::Export => "part.mcap; what passes the filter is decoded, all bytes are kept",
+            Ask::Export => "part.mcap, .csv, .jsonl, …; what passes the filter, in .mcap with all bytes",
         }
     }
 

@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use ratatui::layout::Position;
 
+use super::marks::is_note;
 use super::prompt::{Target, time_filter};
 use super::traffic::Pane;
 use super::{Action, App, Effect, View};
@@ -14,7 +15,7 @@ use crate::analyze::filter::{Filter, Subject};
 use crate::report;
 use crate::time::{SECOND, Timestamp};
 use crate::tui::sieve::Sieve;
-use crate::tui::store::{List, RemarkKind, Row, Store, Tone};
+use crate::tui::store::{List, Row, Store, Tone};
 use crate::tui::timeline::{Sought, Timeline};
 
 /// How fast a recording is played at most, and least.
@@ -138,13 +139,21 @@ pub(super) struct Deck {
     /// The filter that is looked for in all of the recording.
     looked: Option<Filter>,
     /// Marked places.
-    marks: Vec<i64>,
+    pub(super) marks: Vec<i64>,
     /// What was noted here, with the time of the traffic.
-    notes: Vec<(Timestamp, String)>,
+    pub(super) notes: Vec<(Timestamp, String)>,
+    /// How many notes are in no file yet.
+    pub(super) unkept: usize,
+    /// Whether it was said that quitting loses them.
+    pub(super) has_asked: bool,
     /// Whether the playhead is dragged.
     is_dragged: bool,
     /// What is to be selected when the player has arrived.
     awaited: Option<Awaited>,
+    /// The place of the mark or note that the player is sent to.
+    pub(super) remark: Option<i64>,
+    /// The row that was gone to for a mark or note, and the place of that.
+    pub(super) arrived: Option<(u64, i64)>,
 }
 
 /// Says what is to be selected when the player has arrived.
@@ -154,52 +163,14 @@ enum Awaited {
     Hit(Sought, Option<Sieve>),
     /// The row so many after the one that is selected.
     Step(isize),
+    /// The row nearest to a place that was marked or noted.
+    Remark(i64),
 }
 
 impl App {
     /// Returns the state of the replay; `None` for live traffic.
     pub fn replay(&self) -> Option<&Replay> {
         self.deck.replay.as_ref()
-    }
-
-    /// Returns the marked places, in nanoseconds from the beginning.
-    pub fn marked_places(&self) -> &[i64] {
-        &self.deck.marks
-    }
-
-    /// Returns the places of what was noted here, in nanoseconds from the beginning.
-    pub fn noted_places(&self) -> impl Iterator<Item = i64> {
-        let origin = self.deck.replay.as_ref().and_then(|replay| replay.timeline.origin);
-        self.deck.notes.iter().filter_map(move |(time, _)| Some(*time - origin?))
-    }
-
-    /// Notes something about a time of the recording; it is kept until it is exported.
-    pub(super) fn note_place(&mut self, time: Option<Timestamp>, text: String) {
-        let Some(time) = time else {
-            return self.say(Tone::Warn, "a note is of a time, and this recording has none");
-        };
-        self.deck.notes.push((time, text));
-        let key = self.shown_key(Action::Export);
-        self.say(Tone::Good, format!("noted; an export ({key}) keeps it"));
-    }
-
-    /// Returns what was marked, and in a recording what was noted, in the order of time.
-    pub(super) fn remarks(&self) -> Vec<(Timestamp, String)> {
-        let marks = self.marked_times().into_iter().map(|time| (time, "mark".to_owned()));
-        let mut remarks: Vec<_> = marks.chain(self.deck.notes.iter().cloned()).collect();
-        remarks.sort_by_key(|(time, _)| *time);
-        remarks
-    }
-
-    /// Returns the times that were marked, in order.
-    fn marked_times(&self) -> Vec<Timestamp> {
-        let mut times: Vec<Timestamp> = match &self.deck.replay {
-            Some(replay) => self.deck.marks.iter().filter_map(|at| replay.timeline.time(*at)).collect(),
-            None => self.traffic.marked_times().collect(),
-        };
-        times.sort_unstable();
-        times.dedup();
-        times
     }
 
     /// Takes what the player tells.
@@ -243,6 +214,9 @@ impl App {
         if let Some(step) = step.filter(|_| !self.traffic.is_following && self.filter.is_none()) {
             self.deck.awaited = Some(Awaited::Step(step));
         }
+        if let Some(place) = self.deck.remark.take() {
+            self.deck.awaited = Some(Awaited::Remark(place));
+        }
         Some(effect)
     }
 
@@ -271,6 +245,7 @@ impl App {
         let height = self.page();
         match awaited {
             Awaited::Step(by) => self.traffic.step(&self.store, by, height),
+            Awaited::Remark(place) => self.go_to_place(place),
             Awaited::Hit(what, sieve) => {
                 let is_hit = |row: &Row| is_hit(&self.store, row, what, sieve.as_ref());
                 let count = self.traffic.order.len(&self.store);
@@ -306,7 +281,7 @@ impl App {
         })
     }
 
-    fn page(&self) -> usize {
+    pub(super) fn page(&self) -> usize {
         self.regions().rows()
     }
 
@@ -314,10 +289,6 @@ impl App {
     fn order_in_traffic(&mut self, action: Action) -> Option<Order> {
         let (list, rows) = (self.traffic.list, self.store.list(self.traffic.list));
         match action {
-            Action::Mark => {
-                self.mark_place();
-                return None;
-            }
             Action::NextError | Action::PreviousError => {
                 let is_forward = action == Action::NextError;
                 let is_hit = |row: &Row| row.tone() >= Tone::Warn;
@@ -355,37 +326,6 @@ impl App {
         }
     }
 
-    /// Says where the player is to go for the next mark or note that is not in memory.
-    fn beyond_marks(&self, is_forward: bool) -> Option<Order> {
-        let is_marked = |_: &App, number: u64, row: &Row| self.traffic.is_marked(number) || is_note(row);
-        let found = self.traffic.find(&self.store, is_forward, |number, row| is_marked(self, number, row));
-        if found.is_some_and(|(_, went_round)| !went_round) {
-            return None; // as in live traffic
-        }
-        let replay = self.deck.replay.as_ref()?;
-        let (here, series) = (replay.playhead, &replay.timeline.events);
-        let marks = self.deck.marks.iter().copied().chain(self.noted_places());
-        let (mark, note) = if is_forward {
-            let note = series.next_with(Sought::Note, series.index(here).saturating_add(1));
-            (marks.filter(|at| *at > here).min(), note.map(|at| series.begin_of(at)))
-        } else {
-            let begin = self.store.list(self.traffic.list).iter().next().and_then(Row::time);
-            let from = begin.zip(replay.timeline.origin).map_or(0, |(begin, origin)| begin - origin);
-            let note = series.last_with(Sought::Note, series.index(from));
-            (marks.filter(|at| *at < from).max(), note.map(|at| series.begin_of(at)))
-        };
-        let list = self.traffic.list;
-        let before = (!is_forward).then(|| (list, self.store.list(list).first_kept()));
-        let is_mark_nearer = match (mark, note) {
-            (Some(mark), Some(note)) => (mark < note) == is_forward,
-            (mark, _) => mark.is_some(),
-        };
-        Some(match mark.filter(|_| is_mark_nearer) {
-            Some(mark) => Order::Place(mark),
-            None => Order::Find { what: Sought::Note, is_forward, before },
-        })
-    }
-
     /// Selects the next row in memory, if there is one; else says where the player is to look.
     fn beyond(&mut self, what: Sought, is_forward: bool, is_hit: &dyn Fn(&Row) -> bool) -> Option<Order> {
         let found = self.traffic.find(&self.store, is_forward, |_, row| is_hit(row));
@@ -395,20 +335,6 @@ impl App {
         let list = self.traffic.list;
         let before = (!is_forward).then(|| (list, self.store.list(list).first_kept()));
         Some(Order::Find { what, is_forward, before })
-    }
-
-    /// Marks the place of the selected row, or takes its mark away.
-    fn mark_place(&mut self) {
-        let Some(replay) = &self.deck.replay else { return };
-        let time = self.traffic.row(&self.store).and_then(Row::time);
-        let at = match (time, replay.timeline.origin) {
-            (Some(time), Some(origin)) => time - origin,
-            _ => replay.playhead,
-        };
-        match self.deck.marks.iter().position(|known| *known == at) {
-            Some(known) => drop(self.deck.marks.remove(known)),
-            None => self.deck.marks.push(at),
-        }
     }
 
     /// Goes where the timeline was pressed or dragged to.
@@ -455,11 +381,6 @@ fn is_hit(store: &Store, row: &Row, what: Sought, sieve: Option<&Sieve>) -> bool
         Sought::Words => sieve.is_some_and(|sieve| sieve.passes(store, row)),
         Sought::Note => is_note(row),
     }
-}
-
-/// Tells whether a row is what somebody noted.
-pub(super) fn is_note(row: &Row) -> bool {
-    matches!(row, Row::Remark(remark) if remark.kind == RemarkKind::Note)
 }
 
 /// Asks a filter about nothing but a time.

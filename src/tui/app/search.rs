@@ -59,6 +59,9 @@ impl App {
                 self.break_from = self.newest().list(List::Exchanges).total();
                 let said = match &self.breaks_on {
                     Some(filter) if self.is_live => format!("freezes when a row passes {filter}"),
+                    Some(filter) if self.is_too_early(filter) => {
+                        "findings are not known yet: no pause till then".to_owned()
+                    }
                     Some(filter) => format!("pauses when a row passes {filter}"),
                     None if self.is_live => "freezes by itself no more".to_owned(),
                     None => "pauses by itself no more".to_owned(),
@@ -91,10 +94,16 @@ impl App {
             Ask::Export if text.is_empty() => {}
             Ask::Export => {
                 let filter = self.filter.as_ref().map(Filter::to_string);
+                self.keep_notes(&text);
                 return Some(Effect::Export { filter, path: text, notes: self.remarks() });
             }
         }
         None
+    }
+
+    /// Tells whether a filter asks for findings where nobody knows them yet.
+    fn is_too_early(&self, filter: &Filter) -> bool {
+        filter.asks_for_findings() && self.store.known_from().is_some()
     }
 
     /// Says which fields of a filter no profile has: such a filter passes nothing.
@@ -124,8 +133,11 @@ impl App {
                 Tone::Info,
                 match self.is_live {
                     true => "no row passes the filter yet".to_owned(),
+                    false if self.filter.as_ref().is_some_and(|filter| self.is_too_early(filter)) => {
+                        "findings are not known here yet".to_owned()
+                    }
                     false => {
-                        format!("no row here passes; {next} goes to the next that does, {last} to the last")
+                        format!("none here: {next} goes to the next, {last} to the last")
                     }
                 },
             );

@@ -46,7 +46,7 @@ pub struct Traffic {
     pub columns: Columns,
     /// By which column rows are sorted, and whether the largest comes first.
     pub sorted_by: Option<(Column, bool)>,
-    /// The marked rows of each list, with their times.
+    /// The marked rows of each list, with their times; of a recording only those without one.
     marks: [BTreeMap<u64, Option<Timestamp>>; 2],
     /// How much of the height the list gets, in percent.
     pub share: u16,
@@ -171,6 +171,22 @@ impl Traffic {
         }
     }
 
+    /// Returns the number that the selected row has in another store, which ends where this one does.
+    pub fn same_row(&self, store: &Store, other: &Store) -> Option<u64> {
+        let time = self.row(store)?.time();
+        let (rows, others) = (store.list(self.list), other.list(self.list));
+        // Rows of the same time are told apart by how many come after them.
+        let after = rows.total() - self.selected?;
+        let likely = others.total().saturating_sub(after);
+        let is_same = |number: &u64| others.get(*number).is_some_and(|row| row.time() == time);
+        others.kept().filter(is_same).min_by_key(|number| number.abs_diff(likely))
+    }
+
+    /// Stays on the selected row, and what is looked at of it, now that it has another number.
+    pub fn renumber(&mut self, number: u64) {
+        self.selected = Some(number);
+    }
+
     /// Follows the newest row.
     pub fn follow(&mut self, store: &Store, height: usize) {
         if self.sorted_by.take().is_some() {
@@ -251,6 +267,11 @@ impl Traffic {
         }
         marks.insert(number, time);
         Some(true)
+    }
+
+    /// Forgets which rows are marked: they are numbered anew.
+    pub fn forget_marks(&mut self) {
+        self.marks = Default::default();
     }
 
     /// Selects the line of the tree that the selected byte belongs to, or the first byte of the selected line.

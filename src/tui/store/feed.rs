@@ -189,7 +189,7 @@ impl Feed {
     pub fn begun_here(&self, settled_frame: u64) -> Feed {
         let mut copy = self.checkpoint(settled_frame);
         let store = &mut copy.store;
-        store.known_from = store.now;
+        store.known_from = store.now.or(store.begun);
         for device in &mut store.devices {
             let device = Arc::make_mut(device);
             (device.outcomes, device.damaged) = Default::default();

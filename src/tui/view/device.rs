@@ -246,11 +246,15 @@ fn span(app: &App) -> Option<(Timestamp, Timestamp)> {
     Some((from.max(begun), now))
 }
 
+/// Returns the unit of a chart, and what values are multiplied by: shares are shown in percent, likely ones as well.
+fn scale<'a>(value: &str, unit: Option<&'a str>) -> (Option<&'a str>, f64) {
+    let is_percent = value.trim_end_matches('?').ends_with('%');
+    (unit.or(is_percent.then_some("%")), if is_percent { 100.0 } else { 1.0 })
+}
+
 fn over_time(app: &App, quantity: &Quantity, area: Rect, buffer: &mut Buffer) {
     let theme = &app.theme;
-    let is_percent = short_value(quantity).ends_with('%');
-    let factor = if is_percent { 100.0 } else { 1.0 };
-    let unit = quantity.unit.as_deref().or(is_percent.then_some("%"));
+    let (unit, factor) = scale(&short_value(quantity), quantity.unit.as_deref());
     let unit = unit.map(|unit| format!(" in {unit}")).unwrap_or_default();
     let x = put(buffer, area, area.x + 1, area.y, &quantity.name, theme.accent);
     put(buffer, area, x, area.y, &unit, theme.dim);
@@ -306,5 +310,17 @@ fn raw(app: &App, register: &Register, area: Rect, buffer: &mut Buffer) {
         if let [high, low] = word {
             put(buffer, area, x + 2, y, &format!("{:>6}", u16::from_be_bytes([*high, *low])), theme.dim);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_share_is_drawn_in_percent_whether_it_is_proven_or_likely() {
+        assert_eq!(scale("85.34 %", None), (Some("%"), 100.0));
+        assert_eq!(scale("85.34 %?", None), (Some("%"), 100.0));
+        assert_eq!(scale("17.6 °C?", Some("°C")), (Some("°C"), 1.0));
     }
 }

@@ -184,9 +184,10 @@ fn status(app: &App, replay: &Replay, area: Rect, buffer: &mut Buffer) {
     x = put(buffer, area, x, area.y, &of, theme.dim) + 2;
     let mut parts = known(timeline);
     if let Some(from) = app.store().known_from() {
-        // To the second: where there is little room this stays.
+        // How long that lasts matters more: it comes first, and stays where there is little room.
         let from = app.clock().of_day(from);
-        parts.insert(0, format!("known from {}", from.split('.').next().unwrap_or(&from)));
+        let minutes = from.rsplit_once(':').map_or(from.split('.').next(), |(minutes, _)| Some(minutes));
+        parts.insert(parts.len().min(1), format!("since {}", minutes.unwrap_or(&from).trim()));
     }
     while parts.iter().map(|part| width(part) + 3).sum::<usize>()
         > usize::from(rest.right().saturating_sub(x))
@@ -216,6 +217,7 @@ fn way(replay: &Replay) -> Option<String> {
 fn known(timeline: &Timeline) -> Vec<String> {
     let mut parts = Vec::new();
     match (timeline.is_growing, timeline.is_complete) {
+        _ if timeline.is_broken => parts.push("cannot be read on".to_owned()),
         (true, _) => parts.push("still written".to_owned()),
         (false, false) => parts.push(format!("decoded {}", percent(timeline.share))),
         (false, true) => {}

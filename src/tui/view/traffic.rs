@@ -81,9 +81,15 @@ fn list(app: &App, area: Rect, buffer: &mut Buffer) {
         });
         let lines: &[&str] = match (&app.filter, app.is_live) {
             (Some(_), false) if passing == Some((0, true)) => &["no row of the recording passes the filter"],
+            (Some(filter), false) if filter.asks_for_findings() && store.known_from().is_some() => {
+                &["not known here yet: findings need all before"]
+            }
             (Some(_), false) => &["no row here passes the filter"],
             (Some(_), true) => &["no row passes the filter yet"],
             (None, true) => &["nothing was received yet", "", "rtutap only listens: a master has to ask"],
+            (None, false) if app.replay().is_some_and(|replay| replay.timeline.is_broken) => {
+                &["nothing of it can be read"]
+            }
             (None, false) => &["nothing is decoded yet"],
         };
         return super::empty(app, area, lines, buffer);
@@ -158,7 +164,7 @@ fn line(
     let theme = &app.theme;
     let tone = row.tone();
     let has_finding = app.store().findings().of_row(row).next().is_some();
-    let mark = match (app.traffic.is_marked(number), has_finding && tone < Tone::Warn) {
+    let mark = match (app.is_marked(number, row), has_finding && tone < Tone::Warn) {
         (true, _) => "◆",
         (false, true) => "!",
         (false, false) => glyph(tone),

@@ -195,4 +195,11 @@ impl<'a> Shared<'a> {
     pub(super) fn lock(&self) -> MutexGuard<'_, Known<'a>> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
+
+    /// Takes note that the recording cannot be read on.
+    pub(super) fn break_off(&self) {
+        let mut known = self.lock();
+        known.timeline.is_broken = true;
+        known.version += 1;
+    }
 }

@@ -71,14 +71,18 @@ impl<'a, 's> Head<'a, 's> {
     fn is_far(&self, place: i64) -> bool {
         let known = self.shared.lock();
         let timeline = &known.timeline;
+        let is_long = |ns: i64| {
+            let share = ns as f64 / timeline.end().max(1) as f64;
+            share * self.reel.size().unwrap_or(0) as f64 > FAR as f64
+        };
+        let reached = self.decoder.reached().elapsed_ns;
+        let here = (!self.is_cold() && reached <= place).then_some(reached);
         if timeline.is_complete || place <= timeline.decoded_ns {
             let elapsed = |decoder: &Decoder<'_>| decoder.reached().elapsed_ns;
-            return known.checkpoints.apart(&elapsed, place) > FAR_APART;
+            let is_apart = known.checkpoints.apart(&elapsed, place) > FAR_APART;
+            return is_apart && here.is_none_or(|here| is_long(place - here));
         }
-        let here = if self.is_cold() { 0 } else { self.decoder.reached().elapsed_ns };
-        let ahead = place.saturating_sub(here.max(timeline.decoded_ns));
-        let share = ahead as f64 / timeline.end().max(1) as f64;
-        share * self.reel.size().unwrap_or(0) as f64 > FAR as f64
+        is_long(place.saturating_sub(here.unwrap_or(0).max(timeline.decoded_ns)))
     }
 
     /// Decodes what leads up to a place, and nothing before; tells whether there is something.
@@ -108,7 +112,8 @@ impl<'a, 's> Head<'a, 's> {
                 decoder.take(&item, self.line, self.hold_ns)?;
             }
             seen += length(&item);
-            if !is_shown && seen >= lead {
+            // Before the first bytes it is not known when they are.
+            if !is_shown && seen > 0 && seen >= lead {
                 decoder.begin_here();
                 is_shown = true;
             }
@@ -130,6 +135,8 @@ impl<'a, 's> Head<'a, 's> {
                 Some(Order::Place((time - origin).saturating_sub(1).max(0)))
             }
             Order::Find { .. } | Order::Words { .. } if is_cold || self.is_settling => {
+                // It is looked for from here, so here is where it stays.
+                self.pause();
                 self.deferred = Some(order.without_row());
                 None
             }

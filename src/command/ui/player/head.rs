@@ -142,7 +142,7 @@ impl<'a, 's> Head<'a, 's> {
         let goal = match order {
             Order::Play => {
                 self.is_playing = !self.is_playing && !self.is_at_end;
-                self.from = None;
+                (self.from, self.deferred) = (None, None);
                 return;
             }
             Order::Speed(speed) => {
@@ -184,8 +184,17 @@ impl<'a, 's> Head<'a, 's> {
         (self.goal, self.from) = (Some(goal), None);
     }
 
+    /// Stays where it is, and goes on with what it is on the way to.
+    pub(super) fn pause(&mut self) {
+        (self.is_playing, self.is_at_end, self.from) = (false, false, None);
+    }
+
     /// Gives up the way to a goal: what was decoded for it is shown.
     fn stay(&mut self) {
+        // Nobody asked for that, and what is half known is not to be seen.
+        if self.is_settling {
+            return;
+        }
         if self.goal.take().is_some() {
             self.arrive();
         }
@@ -193,7 +202,12 @@ impl<'a, 's> Head<'a, 's> {
 
     /// Tells whether there is something to do at once.
     pub(super) fn is_busy(&self) -> bool {
-        self.goal.is_some() || self.can_settle()
+        self.goal.is_some() || self.can_settle() || self.is_due()
+    }
+
+    /// Tells whether what waited until all before the playhead is known can be done.
+    fn is_due(&self) -> bool {
+        self.deferred.is_some() && self.goal.is_none() && !self.is_cold()
     }
 
     /// Tells whether there is something to do before long.
@@ -208,6 +222,11 @@ impl<'a, 's> Head<'a, 's> {
     pub(super) fn work(&mut self, now: Timestamp, more: &mut dyn FnMut() -> bool) -> Result<bool, Failure> {
         if self.goal.is_none() && self.can_settle() {
             self.settle()?;
+        } else if self.is_due()
+            && let Some(order) = self.deferred.take()
+        {
+            // Only now: on the way to what is looked for, nothing is shown, so what is known was shown before.
+            self.order(order);
         }
         let stop = match self.goal.take() {
             Some(Goal::Find(find)) => self.find(find, more)?,
@@ -283,10 +302,6 @@ impl<'a, 's> Head<'a, 's> {
             self.playhead = place;
         }
         self.is_settling = false;
-        let is_cold = self.is_cold();
-        if let Some(order) = self.deferred.take_if(|_| !is_cold) {
-            self.order(order);
-        }
         Ok(Stop::Reached)
     }
 

@@ -110,7 +110,7 @@ pub(in crate::command) fn replay(replayed: Replayed<'_>) -> Result<(), Failure> 
         let started = Builder::new().name("player".to_owned()).spawn_scoped(scope, move || {
             let result = play(scope, stage, reel, &receiver, &player, &*player_clock);
             if let Err(failure) = result {
-                failure.say();
+                say(&failure, &player);
             }
         });
         started.map_err(|error| Failure::new(format!("cannot start a thread: {error}")))?;
@@ -152,12 +152,32 @@ fn play<'scope, 'a: 'scope, 's: 'scope>(
     clock: &dyn Clock,
 ) -> Result<(), Failure> {
     let mut head = Head::new(reel, stage.decoder(), stage.shared, stage.line);
+    let result = drive(scope, stage, &mut head, orders, teller, clock);
+    if result.is_err() {
+        stage.shared.break_off();
+        show(&mut head, teller);
+    }
+    result
+}
+
+/// Moves the playhead as it is ordered.
+fn drive<'scope, 'a: 'scope, 's: 'scope>(
+    scope: &'scope Scope<'scope, '_>,
+    stage: Stage<'a, 's>,
+    head: &mut Head<'a, 's>,
+    orders: &Receiver<Order>,
+    teller: &Teller,
+    clock: &dyn Clock,
+) -> Result<(), Failure> {
     head.work(clock.realtime(), &mut || true)?;
-    show(&mut head, teller);
+    show(head, teller);
     if stage.tracks.follows() {
         head.order(Order::End);
     }
-    start(scope, "scan", teller, move || scan::scan(stage.tracks, stage.decoder(), stage.shared, stage.line));
+    start(scope, "scan", teller, move || {
+        let scanned = scan::scan(stage.tracks, stage.decoder(), stage.shared, stage.line);
+        scanned.inspect_err(|_| stage.shared.break_off())
+    });
     let mut is_waiting = false;
     loop {
         let is_known = stage.shared.lock().timeline.is_complete;
@@ -171,7 +191,7 @@ fn play<'scope, 'a: 'scope, 's: 'scope>(
         match orders.recv_timeout(wait) {
             Ok(order) => {
                 for order in std::iter::once(order).chain(orders.try_iter()) {
-                    if let Some((what, sieve)) = sought(&order, &head) {
+                    if let Some((what, sieve)) = sought(&order, head) {
                         let number = stage.shared.lock().begin_look(what, sieve.is_some());
                         let mut decoder = stage.decoder();
                         match what {
@@ -193,7 +213,7 @@ fn play<'scope, 'a: 'scope, 's: 'scope>(
         }
         let begun = now();
         is_waiting = head.work(clock.realtime(), &mut || begun.elapsed() < SLICE)?;
-        show(&mut head, teller);
+        show(head, teller);
     }
 }
 
@@ -220,13 +240,23 @@ fn start<'scope>(
     teller: &Teller,
     work: impl FnOnce() -> Result<(), Failure> + Send + 'scope,
 ) {
+    let listener = teller.clone();
     let started = Builder::new().name(name.to_owned()).spawn_scoped(scope, move || {
         if let Err(failure) = work() {
-            failure.say();
+            say(&failure, &listener);
         }
     });
     if let Err(error) = started {
         teller.tell(Word::Said(Tone::Bad, format!("cannot start a thread: {error}")));
+    }
+}
+
+/// Says on the screen why something failed: it has the terminal, or will have it soon.
+fn say(failure: &Failure, teller: &Teller) {
+    if let Failure::Problem { message, hint } = failure {
+        tracing::error!("{message}");
+        let hint = hint.as_ref().map_or_else(String::new, |hint| format!("; {hint}"));
+        teller.tell(Word::Said(Tone::Bad, format!("{}{hint}", message.replace('\n', "; "))));
     }
 }
 

@@ -4,11 +4,14 @@ use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
 
+use super::super::super::failure::Failure;
 use super::super::super::session::Setup;
+use super::super::{Teller, Word};
 use super::checkpoints::{Checkpoints, Look, Shared};
 use super::decoder::Decoder;
 use super::head::{Change, Head};
 use super::reel::{Advance, Reel, Tracks};
+use super::say;
 use super::scan::{look, scan};
 use crate::analyze::filter::Filter;
 use crate::capture::Item;
@@ -392,6 +395,21 @@ fn what_is_empty_or_no_recording_is_an_error() {
     let path = directory.path().join("empty.mcap");
     std::fs::write(&path, b"").expect("a disk that works");
     assert!(Reel::open(&Tracks::new(vec![path], None, None, false)).is_err());
+}
+
+#[test]
+fn what_cannot_be_read_on_is_said_on_the_screen() {
+    let (teller, heard) = Teller::new();
+    say(&Failure::hinted("'a' ends early\nin a chunk", "copy it again"), &teller);
+    let Ok(Word::Said(tone, text)) = heard.try_recv() else { panic!("nothing is said") };
+    assert_eq!((tone, &*text), (Tone::Bad, "'a' ends early; in a chunk; copy it again"));
+    let (_directory, paths) = one_part();
+    let stage = Stage::new(paths, false);
+    let shared = Shared::default();
+    let mut head = stage.head(&shared);
+    head.take_state();
+    shared.break_off();
+    assert!(head.take_state().is_some_and(|state| state.timeline.is_broken));
 }
 
 #[test]
