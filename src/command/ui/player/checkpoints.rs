@@ -9,7 +9,7 @@ use crate::tui::timeline::{Series, Timeline};
 /// How many checkpoints are kept.
 const MOST: usize = 4096;
 /// How much memory they take at most, in bytes, by estimate.
-const MOST_BYTES: usize = 128 << 20;
+const MOST_BYTES: usize = 208 << 20;
 /// How many bytes of buses lie between two at least.
 const LEAST: u64 = 16 * 1024;
 /// What share of the memory is planned for: later checkpoints are a little larger than those before.
