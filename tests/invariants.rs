@@ -285,6 +285,31 @@ proptest! {
     }
 }
 
+/// A request is given up while what came after it is undecided: it is due once that is decided.
+///
+/// An unanswered write to unit 3, damaged broadcasts, then a poll; found at random and cut down.
+#[test]
+fn what_waits_for_an_undecided_frame_is_given_up_in_time() {
+    let bytes = [
+        "031011000004080000803f0000000003af01030200000705b00094c3001030000001",
+        "02140094c300101c00000000d89211080000a537d81d001030000001021400995301030200000185b244",
+    ];
+    let digits = bytes.concat();
+    let byte = |at: usize| u8::from_str_radix(&digits[at..at + 2], 16).expect("two hexadecimal digits");
+    let read = |at: usize| {
+        let time = 1_767_225_600_000_000_000 + at as i64 / 2 * 29_500_000;
+        Read { time: ReadTime::At(Timestamp::from_ns(time)), bytes: vec![byte(at)] }
+    };
+    let reads: Vec<Read> = (0..digits.len()).step_by(2).map(read).collect();
+    let without = decode(new(), &reads);
+    let with = decode_with(new(), &reads, |pipeline, now, rows| {
+        pipeline.handle_timeout(now);
+        pipeline.handle_timeout(Timestamp::MIN);
+        drain(pipeline, rows);
+    });
+    assert_same_rows(&without, &with, "asked before every byte");
+}
+
 /// Puts frames on a line with silences of 300 ms between them; reads never span two, and come `late`.
 fn far_apart(frames: &[Vec<u8>], lengths: &[usize], late: i64) -> Vec<Read> {
     let character = LineSettings::default().character_ns();

@@ -193,8 +193,10 @@ impl Pipeline {
             match self.poll_timeout() {
                 Some(due) if due <= now => self.expire(due),
                 due => {
-                    // What is received from now on is held that long at least.
-                    self.quiet_until = due.unwrap_or(Timestamp::MAX).min(now + HOLD_NS);
+                    // What is received from now on is held that long at least, but it may decide an item, and
+                    // then what waited for that item is due.
+                    let first = due.into_iter().chain(self.pairing.quiet_until()).min();
+                    self.quiet_until = first.unwrap_or(Timestamp::MAX).min(now + HOLD_NS);
                     return;
                 }
             }

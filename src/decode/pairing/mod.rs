@@ -129,6 +129,12 @@ impl Pairing {
         self.undecided.front().map(|(item, _)| lag_ends(item)).or_else(|| self.assembler.deadline())
     }
 
+    /// Returns a time before which there is no deadline, whatever becomes of what is undecided.
+    pub fn quiet_until(&self) -> Option<Timestamp> {
+        let undecided = self.undecided.front().map(|(item, _)| lag_ends(item));
+        [undecided, self.assembler.deadline()].into_iter().flatten().min()
+    }
+
     /// Decides what is due by `now`.
     pub fn expire(&mut self, now: Timestamp) {
         while self.undecided.front().is_some_and(|(item, _)| lag_ends(item) <= now) {
