@@ -310,6 +310,33 @@ fn what_waits_for_an_undecided_frame_is_given_up_in_time() {
     assert_same_rows(&without, &with, "asked before every byte");
 }
 
+/// A request whose time is over with the last byte is given up then, whether or not anything is asked after it.
+#[test]
+fn what_is_due_with_the_last_read_comes_before_what_only_the_end_decides() {
+    let at = |ms: i64, bytes: Vec<u8>| Read {
+        time: ReadTime::At(Timestamp::from_ns(1_767_225_600_000_000_000 + ms * MILLISECOND)),
+        bytes,
+    };
+    let reads = [
+        at(0, sealed(vec![3, 3, 0, 0, 0, 2])), // unanswered
+        at(100, sealed(vec![1, 3, 0, 0, 0, 2])),
+        at(150, sealed(vec![1, 3, 4, 0, 0, 0, 0])),
+        at(1600, vec![0, 0, 0, 0, 0]), // 1.5 s after the request that put an end to waiting
+    ];
+    let (mut pipeline, mut asked) = (new(), Vec::new());
+    for read in &reads {
+        feed(&mut pipeline, read);
+        let ReadTime::At(time) = read.time else { panic!("timed above") };
+        pipeline.handle_timeout(time);
+        drain(&mut pipeline, &mut asked);
+    }
+    pipeline.finish();
+    drain(&mut pipeline, &mut asked);
+    assert_same_rows(&decode(new(), &reads), &asked, "asked after the last read");
+    let given_up = asked.iter().position(|row| row.contains("NoResponse")).expect("unanswered");
+    assert!(asked[given_up + 1].starts_with("Damaged"), "{asked:?}");
+}
+
 /// Puts frames on a line with silences of 300 ms between them; reads never span two, and come `late`.
 fn far_apart(frames: &[Vec<u8>], lengths: &[usize], late: i64) -> Vec<Read> {
     let character = LineSettings::default().character_ns();

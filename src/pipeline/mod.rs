@@ -223,7 +223,8 @@ impl Pipeline {
 
     /// Decides everything: the input has ended.
     pub fn finish(&mut self) {
-        self.pump();
+        // What was due by the last read does not depend on whether another one comes.
+        self.handle_timeout(self.now);
         self.framer.finish();
         self.pump();
         self.adopt();
