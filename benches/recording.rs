@@ -2,7 +2,8 @@
 //!
 //! `cargo bench --bench recording` takes 20 MB of bus bytes behind a 16 ms adapter; `MEGABYTES=5` as many.
 //! `RECORDING=FILE` also opens that file, and reads the minute in its middle; a large one is made by
-//! `rtutap simulate --frames 9500000 -o FILE` (1 GB). Times are those on the processor, the best of three.
+//! `rtutap simulate --frames 9500000 -o FILE` (1 GB). Times are those on the processor, the best of three; those of
+//! whole commands are what a user waits, the median of nine, for they read a recording on a second core.
 
 #![allow(clippy::print_stdout, reason = "the figures are what it is for")]
 #![allow(clippy::disallowed_methods, reason = "recordings are files, and a benchmark reads the clock")]
@@ -12,8 +13,9 @@ mod measure;
 use std::fs::File;
 use std::hint::black_box;
 use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use measure::best;
 use rtutap::capture::mcap::{BusSettings, Options, Recorder, Recording};
@@ -39,6 +41,9 @@ fn main() {
     report("info of reads in memory", megabytes, best(|| info_of(&reads)), baseline);
     report("info of MCAP", megabytes, best(|| info(&mcap, None)), baseline);
     drop(reads);
+    for arguments in [&["info"][..], &["decode", "--format", "json"]] {
+        compare(arguments, &raw, &mcap, megabytes);
+    }
     if let Some(path) = std::env::var_os("RECORDING").map(PathBuf::from) {
         middle(&path);
     }
@@ -96,8 +101,29 @@ fn info(path: &Path, format: Option<InputFormat>) {
 
 fn info_of(reads: &[Read]) {
     let mut info = Counting::new();
-    reads.iter().for_each(|read| info.take(&chunk(read)));
+    let mut chunks = reads.iter().map(chunk);
+    while info.pipeline.handle_reads(&mut chunks) {
+        info.drain();
+    }
     info.finish();
+}
+
+/// Runs a command on the raw bytes and on the recording by turns, so that both meet the same moods of the machine.
+fn compare(arguments: &[&str], raw: &Path, mcap: &Path, megabytes: usize) {
+    let run = |path: &Path| {
+        let begun = Instant::now();
+        let mut command = Command::new(env!("CARGO_BIN_EXE_rtutap"));
+        command.args(arguments).arg(path).stdout(Stdio::null()).stderr(Stdio::null());
+        assert!(command.status().expect("it runs").success(), "{arguments:?}");
+        begun.elapsed()
+    };
+    let (mut of_raw, mut of_mcap): (Vec<_>, Vec<_>) = (0..9).map(|_| (run(raw), run(mcap))).unzip();
+    of_raw.sort();
+    of_mcap.sort();
+    let (of_raw, of_mcap) = (of_raw[4], of_mcap[4]);
+    let name = arguments.join(" ");
+    report(&format!("'{name}' raw"), megabytes, of_raw, of_raw);
+    report(&format!("'{name}' MCAP"), megabytes, of_mcap, of_raw);
 }
 
 /// Returns a pipeline as `info` has it: without readings.
@@ -172,5 +198,5 @@ fn middle(path: &Path) {
 fn report(name: &str, megabytes: usize, time: Duration, baseline: Duration) {
     let rate = megabytes as f64 / time.as_secs_f64();
     let share = baseline.as_secs_f64() / time.as_secs_f64();
-    println!("{name:26} {rate:7.1} MB/s  {share:5.2} of the speed of raw bytes");
+    println!("{name:28} {rate:7.1} MB/s  {share:5.2} of the speed of raw bytes");
 }

@@ -75,7 +75,7 @@ impl Interval {
     /// Returns half the width in nanoseconds, rounded up: the `±` of the midpoint.
     pub fn half_width(self) -> i64 {
         let width = self.latest - self.earliest;
-        width / 2 + width % 2
+        (width >> 1) + (width & 1) // not negative
     }
 
     /// Moves both bounds by nanoseconds.

@@ -119,6 +119,22 @@ fn most_undecided(reads: &[Read]) -> u64 {
     most
 }
 
+/// Decodes reads as those of a recording: many at once.
+fn decode_at_once(mut pipeline: Pipeline, reads: &[Read]) -> Vec<String> {
+    let mut rows = Vec::new();
+    for run in reads.chunks(7) {
+        let mut chunks =
+            run.iter().map(|read| Chunk { time: read.time, bytes: &read.bytes, line_errors: &[] });
+        while pipeline.handle_reads(&mut chunks) {
+            drain(&mut pipeline, &mut rows);
+        }
+        drain(&mut pipeline, &mut rows);
+    }
+    pipeline.finish();
+    drain(&mut pipeline, &mut rows);
+    rows
+}
+
 /// Decodes with a call of `handle_timeout` wherever `times` wants one before a read.
 fn decode_with(
     mut pipeline: Pipeline,
@@ -219,6 +235,11 @@ proptest! {
     #[test]
     fn the_short_cut_equals_the_lattice_on_anything(reads in any_reads(), hold in hold()) {
         assert_short_cut_equals_lattice(|| pipeline(LineSettings::default(), hold), &reads, "anything");
+    }
+
+    #[test]
+    fn reads_that_are_there_at_once_decode_as_one_by_one(reads in prop_oneof![any_timed(), any_reads()]) {
+        assert_same_rows(&decode(new(), &reads), &decode_at_once(new(), &reads), "at once");
     }
 
     #[test]
@@ -381,10 +402,12 @@ fn compare_scenarios(line: &str, seeds: std::ops::Range<u64>, frames: u64) -> us
             for seed in seeds.clone() {
                 let reads = simulated(*scenario, adapter, line, seed, frames);
                 let what = format!("{line} {} behind {adapter}, seed {seed}", scenario.name);
-                rows += assert_short_cut_equals_lattice(|| pipeline(line, None), &reads, &what);
-                let bytes: Vec<u8> = reads.into_iter().flat_map(|read| read.bytes).collect();
-                let reads = untimed(&bytes, &[1000]);
-                rows += assert_short_cut_equals_lattice(|| pipeline(line, None), &reads, &what);
+                let bytes: Vec<u8> = reads.iter().flat_map(|read| read.bytes.clone()).collect();
+                for reads in [reads, untimed(&bytes, &[1000])] {
+                    rows += assert_short_cut_equals_lattice(|| pipeline(line, None), &reads, &what);
+                    let (new, what) = (|| pipeline(line, None), format!("{what}, at once"));
+                    assert_same_rows(&decode(new(), &reads), &decode_at_once(new(), &reads), &what);
+                }
             }
         }
     }

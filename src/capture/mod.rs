@@ -317,15 +317,26 @@ impl Input {
         Ok(more)
     }
 
-    /// Returns the read gone on to, where the item is one: its bus, its bytes, and when they were first there.
+    /// Returns the bus of the read gone on to, where the item is one.
     #[inline]
-    pub fn read(&self) -> Option<(&str, Chunk<'_>, Option<Timestamp>)> {
+    pub fn bus_of_read(&self) -> Option<&str> {
         if let Reader::Mcap(recording) = &self.reader {
-            return recording.read(); // by a shorter way than through the item
+            return recording.bus_of_read(); // by a shorter way than through the item
         }
         match self.item() {
-            Item::Chunk { bus, chunk, ready } => Some((bus, chunk, ready)),
+            Item::Chunk { bus, .. } => Some(bus),
             _ => None,
+        }
+    }
+
+    /// Hands out the read gone on to, and those that came with it, each with when its bytes were first there.
+    #[inline]
+    pub fn each_read(&mut self, mut take: impl FnMut(Chunk<'_>, Option<Timestamp>)) {
+        if let Reader::Mcap(recording) = &mut self.reader {
+            return recording.each_read(take);
+        }
+        if let Item::Chunk { chunk, ready, .. } = self.item() {
+            take(chunk, ready);
         }
     }
 

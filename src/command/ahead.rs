@@ -12,8 +12,8 @@ use crate::time::Timestamp;
 const ITEMS: usize = 2048;
 /// Bytes handed over at once, beside those of one read.
 const BYTES: usize = 64 * 1024;
-/// Batches that wait.
-const WAITING: usize = 2;
+/// Batches that wait: as many as make up for either thread's pauses.
+const WAITING: usize = 8;
 /// Reads of a run at most.
 const RUN: u32 = 64;
 
@@ -23,6 +23,7 @@ struct Batch {
     entries: Vec<Entry>,
     reads: Vec<Read>,
     bytes: Vec<u8>,
+    more: Vec<More>,
     line_errors: Vec<LineError>,
     /// The names of the buses.
     buses: Vec<String>,
@@ -32,20 +33,53 @@ struct Batch {
 
 /// Is an item of a batch, or a run of reads of one bus.
 enum Entry {
-    Reads { bus: u32, count: u32 },
+    /// So many reads, of which so many have more.
+    Reads {
+        bus: u32,
+        count: u32,
+        more: u32,
+    },
     Line(Box<BusSettings>),
-    Lost { bus: u32, lost: Box<Lost> },
-    Silence { bus: u32, until: Timestamp },
-    Clock { monotonic_ns: u64, realtime: Timestamp },
-    Note { time: Option<Timestamp>, text: Box<str> },
+    Lost {
+        bus: u32,
+        lost: Box<Lost>,
+    },
+    Silence {
+        bus: u32,
+        until: Timestamp,
+    },
+    Clock {
+        monotonic_ns: u64,
+        realtime: Timestamp,
+    },
+    Note {
+        time: Option<Timestamp>,
+        text: Box<str>,
+    },
 }
 
-/// Is a read of a batch; it says where its bytes and line errors end.
+/// Is a read of a batch: as small as can be, for it goes from one core to the other.
 struct Read {
-    time: ReadTime,
+    time: Timestamp,
+    /// Where its bytes end.
+    end: u32,
+    dating: Dating,
+    has_more: bool,
+}
+
+/// Is [`ReadTime`] without the time.
+#[derive(Clone, Copy)]
+enum Dating {
+    At,
+    Unknown,
+    UnknownAfterSilence,
+}
+
+/// Is what few reads have.
+struct More {
     ready: Option<Timestamp>,
-    bytes: u32,
-    line_errors: u32,
+    /// Where its line errors end.
+    line_errors: usize,
 }
 
 /// Is what a batch hands out: an item that is no read, or reads of one bus.
@@ -58,9 +92,11 @@ pub(super) enum Stretch<'a> {
 #[derive(Clone)]
 pub(super) struct Reads<'a> {
     reads: std::slice::Iter<'a, Read>,
+    /// What those that have more have more.
+    more: std::slice::Iter<'a, More>,
     bytes: &'a [u8],
     line_errors: &'a [LineError],
-    /// Where the next read begins.
+    /// Where the next read begins, and the next of its line errors.
     at: (usize, usize),
 }
 
@@ -69,6 +105,7 @@ impl Batch {
         self.entries.clear();
         self.reads.clear();
         self.bytes.clear();
+        self.more.clear();
         self.line_errors.clear();
     }
 
@@ -86,7 +123,10 @@ impl Batch {
 
     fn push(&mut self, item: &Item<'_>) {
         let entry = match *item {
-            Item::Chunk { bus, chunk, ready } => return self.push_read(bus, &chunk, ready),
+            Item::Chunk { bus, chunk, ready } => {
+                let bus = self.bus(bus);
+                return self.push_read(bus, &chunk, ready);
+            }
             Item::Line(settings) => Entry::Line(Box::new(settings.clone())),
             Item::Lost { bus, lost } => Entry::Lost { bus: self.bus(bus), lost: Box::new(lost) },
             Item::Silence { bus, until } => Entry::Silence { bus: self.bus(bus), until },
@@ -97,31 +137,49 @@ impl Batch {
     }
 
     #[inline]
-    fn push_read(&mut self, bus: &str, chunk: &Chunk<'_>, ready: Option<Timestamp>) {
+    fn push_read(&mut self, bus: u32, chunk: &Chunk<'_>, ready: Option<Timestamp>) {
         self.bytes.extend_from_slice(chunk.bytes);
-        self.line_errors.extend_from_slice(chunk.line_errors);
-        // A read is not larger than a chunk of the file: 64 MiB.
-        let (bytes, line_errors) = (self.bytes.len() as u32, self.line_errors.len() as u32);
-        self.reads.push(Read { time: chunk.time, ready, bytes, line_errors });
-        let bus = self.bus(bus);
+        let (dating, time) = match chunk.time {
+            ReadTime::At(time) => (Dating::At, time),
+            ReadTime::Unknown => (Dating::Unknown, Timestamp::MIN),
+            ReadTime::UnknownAfterSilence => (Dating::UnknownAfterSilence, Timestamp::MIN),
+        };
+        let has_more = ready.is_some() || !chunk.line_errors.is_empty();
+        if has_more {
+            self.line_errors.extend_from_slice(chunk.line_errors);
+            self.more.push(More { ready, line_errors: self.line_errors.len() });
+        }
+        let end = self.bytes.len() as u32; // a read is not larger than a chunk of the file: 64 MiB
+        self.reads.push(Read { time, end, dating, has_more });
         match self.entries.last_mut() {
-            Some(Entry::Reads { bus: before, count }) if *before == bus && *count < RUN => *count += 1,
-            _ => self.entries.push(Entry::Reads { bus, count: 1 }),
+            Some(Entry::Reads { bus: before, count, more }) if *before == bus && *count < RUN => {
+                *count += 1;
+                *more += u32::from(has_more);
+            }
+            _ => self.entries.push(Entry::Reads { bus, count: 1, more: has_more.into() }),
         }
     }
 
     /// Hands out the items again, in order.
     fn each(&self, mut take: impl FnMut(Stretch<'_>) -> Result<(), Failure>) -> Result<(), Failure> {
         let name = |bus: u32| &*self.buses[bus as usize]; // as put there
-        let (mut reads, mut at) = (&*self.reads, (0, 0));
+        let (mut reads, mut more, mut at) = (&*self.reads, &*self.more, (0, 0));
         for entry in &self.entries {
             let item = match *entry {
-                Entry::Reads { bus, count } => {
-                    let (run, rest) = reads.split_at(count as usize); // as counted
-                    let (bytes, line_errors) = (&*self.bytes, &*self.line_errors);
-                    take(Stretch::Reads(name(bus), Reads { reads: run.iter(), bytes, line_errors, at }))?;
-                    at = run.last().map_or(at, Read::end);
-                    reads = rest;
+                Entry::Reads { bus, count, more: of_them } => {
+                    // As counted.
+                    let (run, reads_left) = reads.split_at(count as usize);
+                    let (more_of_run, more_left) = more.split_at(of_them as usize);
+                    let run = Reads {
+                        reads: run.iter(),
+                        more: more_of_run.iter(),
+                        bytes: &self.bytes,
+                        line_errors: &self.line_errors,
+                        at,
+                    };
+                    at = run.end();
+                    (reads, more) = (reads_left, more_left);
+                    take(Stretch::Reads(name(bus), run))?;
                     continue;
                 }
                 Entry::Line(ref settings) => Item::Line(settings),
@@ -136,12 +194,6 @@ impl Batch {
     }
 }
 
-impl Read {
-    fn end(&self) -> (usize, usize) {
-        (self.bytes as usize, self.line_errors as usize)
-    }
-}
-
 impl Reads<'_> {
     /// Returns how many reads are left.
     pub(super) fn len(&self) -> usize {
@@ -150,7 +202,13 @@ impl Reads<'_> {
 
     /// Returns how many bytes the reads have together.
     pub(super) fn bytes(&self) -> usize {
-        self.reads.as_slice().last().map_or(0, |last| last.end().0 - self.at.0)
+        self.end().0 - self.at.0
+    }
+
+    /// Returns where the bytes and the line errors of the last read end.
+    fn end(&self) -> (usize, usize) {
+        let bytes = self.reads.as_slice().last().map_or(self.at.0, |last| last.end as usize);
+        (bytes, self.more.as_slice().last().map_or(self.at.1, |last| last.line_errors))
     }
 }
 
@@ -160,9 +218,20 @@ impl<'a> Iterator for Reads<'a> {
     #[inline]
     fn next(&mut self) -> Option<Self::Item> {
         let read = self.reads.next()?;
-        let (from, to) = (std::mem::replace(&mut self.at, read.end()), read.end());
-        let (bytes, line_errors) = (&self.bytes[from.0..to.0], &self.line_errors[from.1..to.1]);
-        Some((Chunk { time: read.time, bytes, line_errors }, read.ready))
+        let from = std::mem::replace(&mut self.at.0, read.end as usize);
+        let (mut line_errors, mut ready) = (&[][..], None);
+        if read.has_more
+            && let Some(more) = self.more.next()
+        {
+            let from = std::mem::replace(&mut self.at.1, more.line_errors);
+            (line_errors, ready) = (&self.line_errors[from..self.at.1], more.ready);
+        }
+        let time = match read.dating {
+            Dating::At => ReadTime::At(read.time),
+            Dating::Unknown => ReadTime::Unknown,
+            Dating::UnknownAfterSilence => ReadTime::UnknownAfterSilence,
+        };
+        Some((Chunk { time, bytes: &self.bytes[from..self.at.0], line_errors }, ready))
     }
 }
 
@@ -196,9 +265,12 @@ fn fill(input: &mut Input, full: &SyncSender<Batch>, spare: &Receiver<Batch>) ->
             if !matches!(more, Ok(true)) {
                 break;
             }
-            match input.read() {
+            match input.bus_of_read() {
                 // Nearly all items, by the shortest way.
-                Some((bus, chunk, ready)) => batch.push_read(bus, &chunk, ready),
+                Some(bus) => {
+                    let bus = batch.bus(bus);
+                    input.each_read(|chunk, ready| batch.push_read(bus, &chunk, ready));
+                }
                 None => batch.push(&input.item()),
             }
         }

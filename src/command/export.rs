@@ -250,6 +250,8 @@ struct Exporter {
 }
 
 impl Sink for Exporter {
+    const RECEIVES: bool = true;
+
     fn begin(&mut self, origin: &Origin) -> Result<(), Failure> {
         if self.is_cut_hex && self.begun {
             self.has_bytes = false;

@@ -99,6 +99,8 @@ fn add_remark(said: &mut String, remark: &str) {
 }
 
 impl Sink for Scribe {
+    const RECEIVES: bool = true;
+
     fn begin(&mut self, origin: &Origin) -> Result<(), Failure> {
         let mut settings = origin.settings.clone();
         if let Some(remark) = &self.remark {

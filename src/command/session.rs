@@ -17,6 +17,9 @@ pub(super) trait Sink {
     /// Begins a bus, or goes on with other settings.
     fn begin(&mut self, origin: &Origin) -> Result<(), Failure>;
 
+    /// Whether it takes what was received: then every read is handed over right before what it decodes to.
+    const RECEIVES: bool = false;
+
     /// Takes what was received, before what it decodes to.
     fn received(&mut self, _item: &Item<'_>) -> Result<(), Failure> {
         Ok(())
@@ -200,11 +203,11 @@ impl<'a> Session<'a> {
     /// Takes in reads, each with when its bytes were first there: nearly all there is, so the rest is kept out of their
     /// way. Takes nothing of a bus that has not begun, or of which something is to be blanked; tells whether it did.
     #[inline]
-    pub(super) fn take_reads<'r>(
+    pub(super) fn take_reads<'r, S: Sink>(
         &mut self,
         bus: &str,
         reads: impl Iterator<Item = (Chunk<'r>, Option<Timestamp>)>,
-        sink: &mut impl Sink,
+        sink: &mut S,
     ) -> Result<bool, Failure> {
         let known = self.buses.iter_mut().find(|known| known.settings.name == bus);
         let Some(Bus { settings, pipeline, .. }) = known.filter(|bus| bus.redactor.is_none()) else {
@@ -212,15 +215,23 @@ impl<'a> Session<'a> {
         };
         let mut result = Ok(true);
         pipeline.set_next_ids(self.ids);
-        for (chunk, ready) in reads {
-            if let Err(failure) = sink.received(&Item::Chunk { bus, chunk, ready }) {
-                result = Err(failure);
-                break;
+        if S::RECEIVES || !self.setup.decodes {
+            for (chunk, ready) in reads {
+                if let Err(failure) = sink.received(&Item::Chunk { bus, chunk, ready }) {
+                    result = Err(failure);
+                    break;
+                }
+                if self.setup.decodes {
+                    pipeline.handle_bytes(&chunk);
+                    self.frames += say(pipeline, &settings.name, sink);
+                }
             }
-            if self.setup.decodes {
-                pipeline.handle_bytes(&chunk);
+        } else {
+            let mut chunks = reads.map(|(chunk, _)| chunk);
+            while pipeline.handle_reads(&mut chunks) {
                 self.frames += say(pipeline, &settings.name, sink);
             }
+            self.frames += say(pipeline, &settings.name, sink);
         }
         self.ids = pipeline.next_ids();
         result

@@ -6,6 +6,7 @@
 //! nothing stalled) and `certain` (whatever stalled: the read before would have had it otherwise).
 
 use crate::decode::chunk::ReadTime;
+use crate::decode::frame::WireTime;
 use crate::line::LineSettings;
 use crate::time::{Interval, MILLISECOND, SECOND, Span, Timestamp};
 
@@ -46,17 +47,6 @@ impl ByteTime {
     }
 }
 
-/// Bounds when the ends of a frame were on the wire.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct FrameTime {
-    /// The byte before the frame, where it has a time.
-    pub before: Option<ByteTime>,
-    /// The first byte.
-    pub first: ByteTime,
-    /// The last byte.
-    pub last: ByteTime,
-}
-
 /// The bytes of one read that are still of interest.
 #[derive(Clone, Copy, Debug)]
 struct Read {
@@ -81,6 +71,8 @@ pub struct Stamper {
     character_ns: i64,
     /// The longest the adapter keeps a byte back, in nanoseconds.
     hold_ns: i64,
+    /// How long a byte may have waited for an unstalled reader: the hold and what comes on top.
+    held_ns: i64,
     /// Whether the hold is known, not estimated from the reads.
     hold_known: bool,
     /// The reads, in one piece: they are looked at far oftener than dropped.
@@ -99,9 +91,11 @@ pub struct Stamper {
 impl Stamper {
     /// Makes a stamper; without a hold it is estimated from how many bytes come at once.
     pub fn new(line: LineSettings, hold_ns: Option<i64>) -> Self {
+        let hold = hold_ns.unwrap_or(0).clamp(0, MOST_HOLD_NS);
         Stamper {
             character_ns: line.character_ns(),
-            hold_ns: hold_ns.unwrap_or(0).clamp(0, MOST_HOLD_NS),
+            hold_ns: hold,
+            held_ns: held_ns(hold),
             hold_known: hold_ns.is_some(),
             reads: Vec::new(),
             dropped: 0,
@@ -154,6 +148,7 @@ impl Stamper {
     }
 
     /// Takes in the read of `length` bytes, 0 of which change nothing; returns its time as [`Stamper::read_time`] does.
+    #[inline(always)] // done for every read
     pub fn push(&mut self, time: ReadTime, length: usize) -> Timestamp {
         let read = self.read_ns(time, length);
         let Some(left) = (length as u64).checked_sub(1) else { return Timestamp::from_ns(read) };
@@ -162,6 +157,7 @@ impl Stamper {
         let length = length as u64;
         if timed && !self.hold_known && length > 1 {
             self.hold_ns = self.hold_ns.max(self.hold_seen_ns(length));
+            self.held_ns = held_ns(self.hold_ns);
         }
         let run = self.run_ns(left);
         let entry = self.bound(read, timed, matches!(time, ReadTime::UnknownAfterSilence), length, run);
@@ -179,22 +175,17 @@ impl Stamper {
         self.run_ns(length.min(PACKET)).max(LATENCY_TIMER_NS)
     }
 
-    /// Returns how long a byte may have waited for an unstalled reader, in nanoseconds.
-    fn held_ns(&self) -> i64 {
-        if self.hold_ns > 0 { self.hold_ns + USB_NS + WAKE_NS } else { WAKE_NS }
-    }
-
     /// Bounds a read's bytes by itself and the read before; `run` is from its first byte's end to its last byte's.
     fn bound(&self, read: i64, timed: bool, after_silence: bool, length: u64, run: i64) -> Read {
         let first_latest = read - run;
-        let held = self.held_ns();
+        let held = self.held_ns;
         let certain = match (self.last, self.last_read) {
             (Some((certain, _)), Some(last_read)) => (certain + self.character_ns).max(last_read - held),
-            _ => read - held.max(self.run_ns(length)),
+            _ => read - held.max(run + self.character_ns),
         };
         // More bytes than the adapter can hold were read late: nothing is known but the certain bound.
         // A single byte never says so.
-        let stalled = self.hold_known && length > 1 && self.run_ns(length) > held;
+        let stalled = self.hold_known && length > 1 && run + self.character_ns > held;
         let earliest = if stalled { certain } else { certain.max(read - held) };
         let chained = self.last.map_or(earliest, |(_, before)| earliest.max(before + self.character_ns));
         // Bytes that come faster than the line's speed allows: some time is wrong by as much as they contradict.
@@ -255,29 +246,55 @@ impl Stamper {
         let read = self.find(offset).filter(|read| read.timed)?;
         let earliest = read.earliest + self.run_ns(offset - read.offset);
         let width = read.latest - self.run_ns(read.offset + read.length - 1 - offset) - earliest;
-        Some(Timestamp::from_ns(earliest + width / 2 + width % 2))
+        Some(Timestamp::from_ns(earliest + (width >> 1) + (width & 1))) // not negative
     }
 
-    /// Bounds the ends of the bytes at `first` and `last`, which mostly came in the same read, and of the one before.
+    /// Bounds when the bytes from `first` to `last` were on the wire, and the silence before them.
     ///
     /// `None` when the input has no times for them.
     #[inline]
-    pub fn frame(&self, first: u64, last: u64) -> Option<FrameTime> {
+    pub fn frame(&self, first: u64, last: u64) -> Option<(WireTime, Option<Span>)> {
         if self.timed { self.timed_frame(first, last) } else { None }
     }
 
-    fn timed_frame(&self, first: u64, last: u64) -> Option<FrameTime> {
+    fn timed_frame(&self, first: u64, last: u64) -> Option<(WireTime, Option<Span>)> {
         let kept = self.kept();
-        let end = self.index(last)?;
+        // A frame is decided soon after its last byte came: it is among the latest reads.
+        let mut end = kept.len().checked_sub(1)?;
+        while kept[end].offset > last {
+            end = end.checked_sub(1)?;
+        }
         let mut begin = end;
         while kept[begin].offset > first {
             begin = begin.checked_sub(1)?;
         }
         let before = if first > kept[begin].offset { Some(begin) } else { begin.checked_sub(1) };
-        let timed = |index: usize, offset: u64| kept[index].timed.then(|| self.of(&kept[index], offset));
-        let (first_byte, last_byte) = (timed(begin, first)?, timed(end, last)?);
-        let before = before.and_then(|index| timed(index, first - 1)); // there is a byte before
-        Some(FrameTime { before, first: first_byte, last: last_byte })
+        let (from, to) = (&kept[begin], &kept[end]);
+        if last >= to.offset + to.length || !from.timed || !to.timed {
+            return None;
+        }
+        let (earliest, latest) = self.bounds(from, first);
+        let start = (earliest - self.character_ns, latest - self.character_ns);
+        // Bytes that come faster than the line's speed allows have no sound times, but keep their order.
+        let (earliest, latest) = self.bounds(to, last);
+        let end = (earliest.max(start.0), latest.max(start.1));
+        let gap = before.map(|index| &kept[index]).filter(|read| read.timed).map(|read| {
+            let (earliest, latest) = self.bounds(read, first - 1); // there is a byte before
+            Span { least: (start.0 - latest).max(0), most: (start.1 - earliest).max(0) }
+        });
+        let interval = |(earliest, latest)| Interval {
+            earliest: Timestamp::from_ns(earliest),
+            latest: Timestamp::from_ns(latest),
+        };
+        Some((WireTime { start: interval(start), end: interval(end) }, gap))
+    }
+
+    /// Bounds the end of a byte of a read, as long as the host did not stall.
+    #[inline]
+    fn bounds(&self, read: &Read, offset: u64) -> (i64, i64) {
+        let run = self.run_ns(offset - read.offset);
+        let left = self.run_ns(read.offset + read.length - 1 - offset);
+        (read.earliest + run, read.latest - left)
     }
 
     fn find(&self, offset: u64) -> Option<&Read> {
@@ -376,6 +393,11 @@ impl Stamper {
     }
 }
 
+/// Returns how long a byte may have waited for an unstalled reader behind an adapter with this hold, in nanoseconds.
+fn held_ns(hold_ns: i64) -> i64 {
+    if hold_ns > 0 { hold_ns + USB_NS + WAKE_NS } else { WAKE_NS }
+}
+
 /// Returns a time that can be reckoned with.
 fn near(time: Timestamp) -> i64 {
     time.clamp(EARLIEST, LATEST).as_ns()
@@ -455,11 +477,15 @@ mod tests {
             let byte = stamper.byte(offset).expect("timed");
             assert!(byte.certain <= byte.earliest && byte.earliest <= byte.latest);
             assert_eq!(stamper.middle(offset), Some(byte.interval().midpoint()));
-            let frame = stamper.frame(offset, 13).expect("timed");
-            assert_eq!((frame.before, frame.first), (stamper.byte(offset - 1), byte));
+            let (time, gap) = stamper.frame(offset, 13).expect("timed");
+            assert_eq!(time.start, byte.interval().shifted(-TC));
+            assert_eq!(time.end, stamper.byte(13).expect("timed").interval());
+            let silence = before.interval().until(time.start);
+            assert_eq!(gap, Some(Span { least: silence.least.max(0), most: silence.most.max(0) }));
             assert!(byte.latest - before.latest >= TC && byte.earliest - before.earliest >= TC);
             before = byte;
         }
+        assert_eq!((stamper.frame(2, 14), stamper.frame(20, 30)), (None, None), "not received");
     }
 
     #[test]

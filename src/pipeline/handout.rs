@@ -49,7 +49,8 @@ impl Pipeline {
     }
 
     /// Tells whether nothing is there to say before more bytes or time come in.
-    fn is_quiet(&self) -> bool {
+    #[inline]
+    pub(super) fn is_quiet(&self) -> bool {
         self.verifying.is_none()
             && self.current.is_none()
             && self.framer.is_dry()

@@ -1,13 +1,12 @@
 //! From the framer's pieces to pairing, by way of exchanges that need none.
 
+use super::Pipeline;
 use super::handout::{Current, Seen, Stage};
-use super::{Pipeline, not_negative};
 use crate::decode::damage::{self, Surroundings};
 use crate::decode::frame::{Boundary, Role, WireTime};
 use crate::decode::framer::{Outstanding, Piece, Readings};
 use crate::decode::function::FunctionCode;
 use crate::decode::pairing::{Assembled, Choice, Item, Pairing, Part, Settled, What};
-use crate::decode::stamp::FrameTime;
 use crate::decode::store::Store;
 use crate::decode::transaction::Outcome;
 use crate::time::{Span, Timestamp};
@@ -34,27 +33,40 @@ impl Pipeline {
         let pairs = pairs && self.pairing.is_idle();
         match self.framer.next_piece(pairs && self.asked.is_none()) {
             None => return false,
-            Some(Piece::Exchange { offset, lengths, confidence }) => {
-                self.exchange(offset, lengths, confidence);
-            }
             Some(Piece::Half { offset, length, role, confidence, end })
                 if pairs && (role == Role::Request) == self.asked.is_none() =>
             {
-                self.half(offset, length, confidence, end);
+                match role {
+                    Role::Request => {
+                        let seen = self.ask(offset, length, confidence, end);
+                        self.tell_request(seen);
+                    }
+                    _ => self.answer(offset, length, confidence, end, None),
+                }
             }
-            Some(Piece::Half { offset, length, confidence, end, .. }) => {
+            Some(piece) => self.take_piece(piece),
+        }
+        true
+    }
+
+    /// Takes a piece, half an exchange to pairing.
+    pub(super) fn take_piece(&mut self, piece: Piece) {
+        match piece {
+            Piece::Exchange { offset, lengths, confidence } => {
+                self.exchange(offset, lengths, confidence);
+            }
+            Piece::Half { offset, length, confidence, end, .. } => {
                 let readings = self.framer.readings(offset, length, end);
                 self.frame(offset, length, Boundary::Length, confidence, &readings);
             }
-            Some(Piece::Frame { offset, length, readings, boundary, confidence }) => {
+            Piece::Frame { offset, length, readings, boundary, confidence } => {
                 self.frame(offset, length, boundary, confidence, &readings);
             }
-            Some(Piece::Junk { offset, end, outstanding }) => {
+            Piece::Junk { offset, end, outstanding } => {
                 self.adopt();
                 self.junk(offset, end, outstanding);
             }
         }
-        true
     }
 
     /// Takes a frame to pairing.
@@ -107,28 +119,45 @@ impl Pipeline {
         self.exchanged(request, response, Stage::Request([asked, answered]));
     }
 
-    /// Takes a request that no other is open beside, or the answer to it.
-    fn half(&mut self, offset: u64, length: u16, confidence: f32, end: Option<Timestamp>) {
+    /// Takes a request that no other is open beside; its frame is still to be told.
+    pub(super) fn ask(&mut self, offset: u64, length: u16, confidence: f32, end: Option<Timestamp>) -> Seen {
+        let (part, seen) = self.part(offset, length, confidence);
+        let at = self.decided_at(part.time, part.end() - 1);
+        self.asked = Some(Asked { part, confidence, end, at });
+        seen
+    }
+
+    /// Makes the frame of the request that is open the next to be told.
+    pub(super) fn tell_request(&mut self, seen: Seen) {
+        let request = self.asked.map(|asked| asked.part);
+        let assembled = Assembled { request, response: None, outcome: Outcome::NoResponse };
+        self.current = Some(Current { assembled, id: self.next_transaction, stage: Stage::Asked(seen) });
+    }
+
+    /// Takes the answer to the request that is open; `untold` where that one's frame is still to be told.
+    pub(super) fn answer(
+        &mut self,
+        offset: u64,
+        length: u16,
+        confidence: f32,
+        end: Option<Timestamp>,
+        untold: Option<Seen>,
+    ) {
         let (part, seen) = self.part(offset, length, confidence);
         let at = self.decided_at(part.time, part.end() - 1);
         match self.asked {
             Some(asked) if Pairing::gives_up(asked.at) > at => {
                 self.asked = None;
-                self.exchanged(asked.part, part, Stage::Response(seen));
+                let stage = untold.map_or(Stage::Response(seen), |asked| Stage::Request([asked, seen]));
+                self.exchanged(asked.part, part, stage);
             }
-            Some(_) => {
+            _ => {
                 // So late that only pairing can tell.
+                untold.into_iter().for_each(|asked| self.tell_request(asked));
                 self.adopt();
                 let readings = self.framer.readings(offset, length, end);
                 let item = Asked { part, confidence, end, at }.item(self.framer.store());
                 self.pair(Item { gap_before: seen.gap_before, ..item }, &readings);
-            }
-            None => {
-                self.asked = Some(Asked { part, confidence, end, at });
-                let assembled =
-                    Assembled { request: Some(part), response: None, outcome: Outcome::NoResponse };
-                let stage = Stage::Asked(seen);
-                self.current = Some(Current { assembled, id: self.next_transaction, stage });
             }
         }
     }
@@ -183,12 +212,10 @@ impl Pipeline {
     /// Bounds when the bytes from `first` to `last` were on the wire, and the silence before them.
     #[inline]
     fn times(&self, first: u64, last: u64) -> (Option<WireTime>, Option<Span>) {
-        let stamper = self.framer.stamper();
-        let Some(FrameTime { before, first, last }) = stamper.frame(first, last) else { return (None, None) };
-        let start = first.interval().shifted(-stamper.character_ns());
-        // Bytes that come faster than the line's speed allows have no sound times, but keep their order.
-        let time = WireTime { start, end: last.interval().not_before(start) };
-        (Some(time), before.map(|before| not_negative(before.interval().until(start))))
+        match self.framer.stamper().frame(first, last) {
+            Some((time, gap_before)) => (Some(time), gap_before),
+            None => (None, None),
+        }
     }
 }
 

@@ -3,10 +3,12 @@
 //! Time is chunk time: [`Pipeline::handle_bytes`] first fires every deadline up to when the first of its bytes was
 //! there at the latest, so that a live bus and its recording decide alike.
 //!
-//! `intake` takes the framer's pieces to pairing, `handout` turns what is decided into events.
+//! `intake` takes the framer's pieces to pairing, `handout` turns what is decided into events; `replayed` is a shorter
+//! way for reads that are there at once.
 
 mod handout;
 mod intake;
+mod replayed;
 
 use std::sync::Arc;
 
@@ -170,17 +172,28 @@ impl Pipeline {
 
     /// Takes in the bytes of one read, with its times and line errors; fires the deadlines before it first.
     pub fn handle_bytes(&mut self, chunk: &Chunk<'_>) {
-        let is_timed = matches!(chunk.time, ReadTime::At(_));
-        match self.framer.stamper().silent_until(chunk.time, chunk.bytes.len()) {
-            Some(until) if until >= self.quiet_until || !is_timed => self.handle_timeout(until),
-            _ => self.pump(),
+        match self.due_before(chunk) {
+            Some(until) => self.handle_timeout(until),
+            None => self.pump(),
         }
+        self.receive(chunk);
+    }
+
+    /// Returns up to when there was silence before a read, if a deadline may be before.
+    #[inline]
+    fn due_before(&self, chunk: &Chunk<'_>) -> Option<Timestamp> {
+        let until = self.framer.stamper().silent_until(chunk.time, chunk.bytes.len())?;
+        (until >= self.quiet_until || !matches!(chunk.time, ReadTime::At(_))).then_some(until)
+    }
+
+    #[inline(always)] // done for every read
+    fn receive(&mut self, chunk: &Chunk<'_>) {
         if self.framer.store().length() >= FORGET_FROM {
             self.forget();
         }
         let read = self.framer.push(chunk);
         self.received = self.received.saturating_add(chunk.bytes.len() as u64);
-        if is_timed {
+        if matches!(chunk.time, ReadTime::At(_)) {
             self.now = self.now.max(read);
         }
     }
@@ -188,6 +201,10 @@ impl Pipeline {
     /// Decides what silence up to `now` decides; does nothing when called without need.
     pub fn handle_timeout(&mut self, now: Timestamp) {
         self.pump();
+        if self.framer.undecided() == 0 && self.asked.is_none() && self.pairing.is_idle() {
+            self.quiet_until = now + HOLD_NS; // nothing waits for anything, as between two polls
+            return;
+        }
         // One deadline after the other: what the first decides may move the next.
         loop {
             match self.poll_timeout() {

@@ -296,10 +296,16 @@ impl Recording {
         Ok(true)
     }
 
-    /// Returns the read gone on to, where the item is one: its bus, its bytes, and when they were first there.
+    /// Returns the bus of the read gone on to, where the item is one.
     #[inline]
-    pub fn read(&self) -> Option<(&str, Chunk<'_>, Option<Timestamp>)> {
-        self.state.read()
+    pub fn bus_of_read(&self) -> Option<&str> {
+        self.state.bus_of_read()
+    }
+
+    /// Hands out the read gone on to and those after it in its message, each with when its bytes were first there.
+    #[inline]
+    pub fn each_read(&mut self, take: impl FnMut(Chunk<'_>, Option<Timestamp>)) {
+        self.state.each_read(take);
     }
 
     /// Returns the item gone on to.

@@ -390,17 +390,30 @@ impl State {
         self.current.is_some()
     }
 
-    /// Returns the read gone on to, where the item is one: its bus, its bytes, and when they were first there.
+    /// Returns the bus of the read gone on to, where the item is one.
     #[inline]
-    pub(super) fn read(&self) -> Option<(&str, Chunk<'_>, Option<Timestamp>)> {
+    pub(super) fn bus_of_read(&self) -> Option<&str> {
         let Some(Ready::Chunk(bus)) = self.current else { return None };
-        Some((&self.buses[bus].name, self.reads.chunk(&self.raw), self.reads.ready(&self.raw)))
+        Some(&self.buses[bus].name)
+    }
+
+    /// Hands out the read gone on to and those after it in its message, each with when its bytes were first there.
+    #[inline]
+    pub(super) fn each_read(&mut self, mut take: impl FnMut(Chunk<'_>, Option<Timestamp>)) {
+        if let Some(Ready::Chunk(_)) = self.current {
+            take(self.reads.chunk(&self.raw), self.reads.ready(&self.raw));
+            while self.reads.advance(&self.raw) {
+                take(self.reads.chunk(&self.raw), self.reads.ready(&self.raw));
+            }
+        }
     }
 
     /// Returns the item gone on to.
     pub(super) fn item(&self) -> Item<'_> {
-        match self.read() {
-            Some((bus, chunk, ready)) => Item::Chunk { bus, chunk, ready },
+        match self.bus_of_read() {
+            Some(bus) => {
+                Item::Chunk { bus, chunk: self.reads.chunk(&self.raw), ready: self.reads.ready(&self.raw) }
+            }
             None => self.seldom_item(),
         }
     }

@@ -30,9 +30,11 @@ impl Anchor {
 
     /// Returns the time at which the monotonic clock shows `monotonic_ns`; ends where timestamps end.
     pub fn time(self, monotonic_ns: u64) -> Timestamp {
-        let elapsed = i128::from(monotonic_ns) - i128::from(self.monotonic_ns);
-        let ns = (i128::from(self.realtime.as_ns()) + elapsed).clamp(i64::MIN.into(), i64::MAX.into());
-        Timestamp::from_ns(ns as i64) // clamped just now
+        let realtime = self.realtime.as_ns();
+        Timestamp::from_ns(match monotonic_ns.checked_sub(self.monotonic_ns) {
+            Some(since) => realtime.saturating_add_unsigned(since),
+            None => realtime.saturating_sub_unsigned(self.monotonic_ns - monotonic_ns),
+        })
     }
 
     /// Returns what the monotonic clock shows at a time; ends where the clock does.

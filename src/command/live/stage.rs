@@ -34,6 +34,8 @@ pub(in crate::command) struct Stage {
 }
 
 impl Sink for Stage {
+    const RECEIVES: bool = true;
+
     fn begin(&mut self, origin: &Origin) -> Result<(), Failure> {
         self.tally.begin(&origin.settings);
         self.decoded.begin(&origin.settings.name);

@@ -31,6 +31,7 @@ pub use experience::Experience;
 use fast::Glance;
 use lattice::{Handed, Lattice};
 use node::{FrameEdge, Kind};
+use outstanding::PlainAnswer;
 pub use outstanding::{Fit, Outstanding};
 use polled::Polled;
 pub use reading::{Asked, Readings};
@@ -112,6 +113,8 @@ pub struct Framer {
     is_dry: bool,
     /// Stream offset that the bytes must reach before another glance at the root can tell more.
     needed: u64,
+    /// The answer that most likely begins at the root, while the lattice has seen nothing behind it.
+    awaited: Option<PlainAnswer>,
     polled: Polled,
     /// The last score of requests and of responses turned into a confidence, and that: most frames score alike.
     confidence: [(f32, f32); 2],
@@ -151,6 +154,7 @@ impl Framer {
             short_cut: true,
             is_dry: false,
             needed: 0,
+            awaited: None,
             polled: Polled::new(),
             confidence: [(0.0, score::confidence(0.0)); 2],
         }
@@ -208,7 +212,8 @@ impl Framer {
     /// Tells whether the next piece needs more bytes, or silence.
     #[inline]
     pub fn is_dry(&self) -> bool {
-        self.is_dry && self.pieces.is_empty()
+        debug_assert!(!self.is_dry || self.pieces.is_empty());
+        self.is_dry
     }
 
     #[inline(never)]
@@ -258,7 +263,7 @@ impl Framer {
     }
 
     /// Takes in a read, and returns its time; all pieces and deadlines before it must have been taken.
-    #[inline]
+    #[inline(always)] // done for every read
     pub fn push(&mut self, chunk: &Chunk<'_>) -> Timestamp {
         let read = self.stamper.push(chunk.time, chunk.bytes.len());
         if chunk.bytes.is_empty() {
@@ -266,9 +271,22 @@ impl Framer {
         }
         self.last_read = Some(read);
         self.store.push(chunk.bytes, chunk.line_errors);
-        self.is_dry &= self.store.end() < self.needed;
+        self.is_dry = self.is_dry && (self.store.end() < self.needed || self.awaits_more());
         self.experience.set_hold_ns(self.stamper.hold_ns());
         read
+    }
+
+    /// Tells whether the plain answer that is awaited has begun and is not whole, as a glance would.
+    #[inline]
+    fn awaits_more(&mut self) -> bool {
+        let Some(awaited) = self.awaited else { return false };
+        let (root, end) = (self.lattice.root(), self.store.end());
+        let whole = root + u64::from(awaited.length);
+        if whole <= end || self.store.slice(root, root + 3) != awaited.head {
+            return false;
+        }
+        self.needed = whole;
+        true
     }
 
     /// Returns the request at the root if its bytes were beyond doubt before, with nothing outstanding as now.
@@ -300,7 +318,12 @@ impl Framer {
             return self.take_short_cut(edge, readings);
         };
         self.learn(edge, None);
-        let (answer, since) = match fast::glance(edge.end(), Some(&asked.outstanding), &context!(self)) {
+        let found = if self.store.end() < edge.end() + MIN_FRAME as u64 {
+            Glance::Wait(0) // a live bus: the answer is still to come
+        } else {
+            fast::glance(edge.end(), Some(&asked.outstanding), &context!(self))
+        };
+        let (answer, since) = match found {
             Glance::Answer(answer, since) => (answer, since),
             Glance::Frame(answer, readings) if certain(answer, &readings) == Some(Role::Response) => {
                 (answer, self.since(answer.offset, asked.outstanding.end))
@@ -368,6 +391,7 @@ impl Framer {
 
     /// Goes on behind a frame that the lattice need not see; a read mostly ends with it, and then nothing is to be seen.
     fn skip(&mut self, end: u64, outstanding: Option<Outstanding>) {
+        self.awaited = outstanding.as_ref().and_then(Outstanding::plain_answer);
         self.lattice.skip(end, outstanding);
         let needed = end + MIN_FRAME as u64;
         if self.store.end() < needed {
@@ -379,6 +403,7 @@ impl Framer {
     /// Takes one byte into the lattice and hands over what that decides.
     #[inline(never)]
     fn step(&mut self) {
+        self.awaited = None;
         self.lattice.step(&context!(self));
         while let Some(end) = self.lattice.decided(&context!(self)) {
             self.cut(end);

@@ -4,6 +4,15 @@ use crate::decode::candidate::{Basis, Candidate};
 use crate::decode::shape::{Form, Shapes};
 use crate::time::Timestamp;
 
+/// Is what an answer with the registers or coils asked for looks like.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PlainAnswer {
+    /// Unit address, function code, byte count.
+    pub head: [u8; 3],
+    /// Bytes from address to CRC.
+    pub length: u16,
+}
+
 /// Says how a response fits a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fit {
@@ -116,23 +125,23 @@ impl Outstanding {
         .filter(|length| *length <= crate::decode::frame::MAX_FRAME)
     }
 
-    /// Returns the length of the answer that begins here, if it holds just what was asked for and no device declares
-    /// anything else for it: at least six bytes.
-    pub fn plain_response_length(&self, bytes: &[u8]) -> Option<usize> {
-        let [address, function, count, ..] = *bytes else { return None };
-        let expected = match function {
+    /// Returns the answer that holds just what was asked for, where no device declares anything else for it.
+    pub fn plain_answer(&self) -> Option<PlainAnswer> {
+        let count = match self.function {
             1 | 2 if (1..=2000).contains(&self.quantity) => self.quantity.div_ceil(8),
             3 | 4 if (1..=125).contains(&self.quantity) => 2 * self.quantity,
             _ => return None,
         };
-        let plain = function == self.function
-            && address == self.address
-            && !self.is_broadcast()
-            && !self.service
-            && !self.declared
-            && !self.counts_registers
-            && u16::from(count) == expected;
-        plain.then_some(5 + usize::from(count))
+        let is_plain = !self.is_broadcast() && !self.service && !self.declared && !self.counts_registers;
+        // At most 250, by the quantities above.
+        is_plain
+            .then_some(PlainAnswer { head: [self.address, self.function, count as u8], length: 5 + count })
+    }
+
+    /// Returns the length of the answer that begins here, if it is the plain one: at least six bytes.
+    pub fn plain_response_length(&self, bytes: &[u8]) -> Option<usize> {
+        let answer = self.plain_answer()?;
+        bytes.starts_with(&answer.head).then_some(usize::from(answer.length))
     }
 
     /// Says how a whole response fits.
