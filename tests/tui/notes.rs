@@ -55,14 +55,25 @@ fn who_quits_with_notes_that_nothing_keeps_is_told_once() {
     let export = |session: &mut Session, path: &str| {
         session.press("w");
         session.type_text(path);
-        assert!(matches!(session.press("enter"), Some(Effect::Export { .. })));
+        let Some(Effect::Export { notes, .. }) = session.press("enter") else { panic!("an export") };
+        notes
     };
     export(&mut session, "part.csv");
     assert_eq!(session.press("q"), None);
     assert!(session.screen().contains("w to .mcap, q quits"), "{}", session.screen());
     assert_eq!(session.press("q"), Some(Effect::Quit));
     note(&mut session, "cable moved again");
-    assert_eq!(session.press("q"), None);
-    export(&mut session, "part.mcap");
+    let notes = export(&mut session, "part.mcap");
+    assert_eq!(session.press("q"), None, "they are in no file before it is whole");
+    note(&mut session, "cable moved back");
+    session.app.update(Message::Kept(notes));
+    assert_eq!(session.press("q"), None, "one was made since");
+    let notes = export(&mut session, "part.mcap");
+    session.app.update(Message::Kept(notes));
+    note(&mut session, "done");
+    session.press("q");
+    assert!(session.screen().contains("1 note unkept"), "{}", session.screen());
+    let notes = export(&mut session, "part.mcap");
+    session.app.update(Message::Kept(notes));
     assert_eq!(session.press("q"), Some(Effect::Quit), "all is kept");
 }

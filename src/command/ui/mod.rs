@@ -147,6 +147,7 @@ impl Loop<'_> {
             },
             Word::Replay(replay) => Message::Replay(*replay),
             Word::Said(tone, text) => Message::Said(tone, text),
+            Word::Kept(remarks) => Message::Kept(remarks),
             Word::Recording(file) => {
                 let begin = || Recording { since: Some(self.clock.realtime()), ..Recording::default() };
                 Message::Recording(file.map(|file| {

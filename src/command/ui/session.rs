@@ -82,7 +82,7 @@ pub(in crate::command) fn live(live: Live<'_>) -> Result<Report, Failure> {
         };
         let engine = Builder::new().name("engine".to_owned()).spawn_scoped(scope, engine);
         let engine = engine.map_err(|error| Failure::new(format!("cannot start a thread: {error}")))?;
-        let mut outside = |effect, app: &App| outside(effect, app, &requests, &equipment);
+        let mut outside = |effect, app: &App| outside(effect, app, &requests, &equipment, &teller);
         let shown = super::run(app, &teller, &heard, clock, &mut outside);
         stopper.store(true, Ordering::Relaxed);
         let report =
@@ -97,6 +97,7 @@ fn outside(
     app: &App,
     requests: &Sender<Request>,
     equipment: &cli::Equipment,
+    teller: &Teller,
 ) -> Option<(Tone, String)> {
     let is_sent = match effect {
         Effect::Note(time, text) => requests.send(Request::Note(time, text)).is_ok(),
@@ -106,7 +107,7 @@ fn outside(
                 return Some((Tone::Warn, "nothing is recorded that could be exported".to_owned()));
             };
             let args = export::of(parts(recording), filter, path.into(), equipment.clone(), notes);
-            return Some(start_export(args));
+            return Some(start_export(args, teller.clone()));
         }
         _ => return None,
     };
@@ -123,11 +124,17 @@ fn parts(recording: &app::Recording) -> Vec<PathBuf> {
 }
 
 /// Exports while the screen goes on; returns what to say about it.
-pub(in crate::command) fn start_export(args: cli::Export) -> (Tone, String) {
+pub(in crate::command) fn start_export(mut args: cli::Export, teller: Teller) -> (Tone, String) {
     let path = args.output.display().to_string();
-    let lost = if loses_notes(&args) { ", without marks and notes: only .mcap has them" } else { "" };
+    let loses_notes = loses_notes(&args);
+    let lost = if loses_notes { ", without marks and notes: only .mcap has them" } else { "" };
     let started = Builder::new().name("export".to_owned()).spawn(move || match export::run(&args) {
-        Ok(()) => message::note(format_args!("exported to '{}'{lost}", args.output.display())),
+        Ok(()) => {
+            if !loses_notes {
+                teller.tell(Word::Kept(std::mem::take(&mut args.notes)));
+            }
+            message::note(format_args!("exported to '{}'{lost}", args.output.display()));
+        }
         Err(failure) => failure.say(),
     });
     match started {

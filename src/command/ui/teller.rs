@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use crossterm::event::Event;
 
+use crate::time::Timestamp;
 use crate::tui::app::replay::Replay;
 use crate::tui::store::{Store, Tone};
 
@@ -18,6 +19,8 @@ pub(in crate::command) enum Word {
     Grown,
     /// Something people should know.
     Said(Tone, String),
+    /// These marks and notes are in a file now.
+    Kept(Vec<(Timestamp, String)>),
     /// How a replay goes.
     Replay(Box<Replay>),
     /// This file is being written, or none any more.

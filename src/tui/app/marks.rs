@@ -1,7 +1,5 @@
 //! What people mark and note: rows of live traffic, and places of a recording.
 
-use std::path::Path;
-
 use super::replay::Order;
 use super::{Action, App};
 use crate::time::{SECOND, Timestamp};
@@ -74,12 +72,10 @@ impl App {
         self.say(Tone::Good, format!("noted; an export ({key}) to .mcap keeps it"));
     }
 
-    /// Takes note that marks and notes are exported to a file, if it is of the format that has them.
-    pub(super) fn keep_notes(&mut self, path: &str) {
-        let extension = Path::new(path).extension();
-        if extension.is_some_and(|extension| extension.eq_ignore_ascii_case("mcap")) {
-            self.deck.unkept = 0;
-        }
+    /// Takes note of the marks and notes that are in a file now; others may have been made since it was begun.
+    pub(super) fn keep_notes(&mut self, remarks: &[(Timestamp, String)]) {
+        let since = self.deck.notes.iter().filter(|note| !remarks.contains(note)).count();
+        self.deck.unkept = self.deck.unkept.min(since);
     }
 
     /// Tells whether quitting loses notes, which is said once.

@@ -61,6 +61,8 @@ pub enum Message {
     Replaced(Store),
     /// People should know this.
     Said(Tone, String),
+    /// These marks and notes, at times of the traffic, are in a file now.
+    Kept(Vec<(Timestamp, String)>),
     /// The recording under way, if there is one.
     Recording(Option<Recording>),
     /// How the replay goes.

@@ -235,6 +235,10 @@ impl App {
                 self.say(tone, text);
                 None
             }
+            Message::Kept(remarks) => {
+                self.keep_notes(&remarks);
+                None
+            }
             Message::Recording(recording) => {
                 self.recording = recording;
                 None

@@ -94,7 +94,6 @@ impl App {
             Ask::Export if text.is_empty() => {}
             Ask::Export => {
                 let filter = self.filter.as_ref().map(Filter::to_string);
-                self.keep_notes(&text);
                 return Some(Effect::Export { filter, path: text, notes: self.remarks() });
             }
         }

@@ -114,7 +114,7 @@ pub(in crate::command) fn replay(replayed: Replayed<'_>) -> Result<(), Failure> 
             }
         });
         started.map_err(|error| Failure::new(format!("cannot start a thread: {error}")))?;
-        let mut outside = |effect, _: &App| outside(effect, &orders, &paths, &equipment);
+        let mut outside = |effect, _: &App| outside(effect, &orders, &paths, &equipment, &teller);
         let shown = super::run(app, &teller, &heard, clock, &mut outside);
         shared.lock().is_over = true;
         drop(orders);
@@ -128,6 +128,7 @@ fn outside(
     orders: &Sender<Order>,
     paths: &[PathBuf],
     equipment: &cli::Equipment,
+    teller: &Teller,
 ) -> Option<(Tone, String)> {
     match effect {
         Effect::Replay(order) => {
@@ -136,7 +137,7 @@ fn outside(
         }
         Effect::Export { filter, path, notes } => {
             let args = export::of(paths.to_vec(), filter, path.into(), equipment.clone(), notes);
-            Some(super::session::start_export(args))
+            Some(super::session::start_export(args, teller.clone()))
         }
         _ => None,
     }
