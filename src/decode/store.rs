@@ -27,8 +27,10 @@ impl Store {
 
     /// Appends received bytes with their line errors.
     pub fn push(&mut self, bytes: &[u8], errors: &[LineError]) {
-        let end = self.end();
-        self.errors.extend(errors.iter().map(|error| (end + u64::from(error.offset), *error)));
+        if !errors.is_empty() {
+            let end = self.end();
+            self.errors.extend(errors.iter().map(|error| (end + u64::from(error.offset), *error)));
+        }
         self.bytes.extend_from_slice(bytes);
     }
 

@@ -39,11 +39,13 @@ impl Pipeline {
     /// Takes what the last read decided; tells whether to go on with the next.
     #[inline]
     fn goes_on(&mut self, untold: &mut Option<Seen>) -> bool {
-        let is_plain = self.current.is_none()
-            && self.verifying.is_none()
-            && self.lost.is_none()
-            && self.pairing.is_idle()
-            && self.asked.is_some() == untold.is_some();
+        // A request that was not told is all that is open.
+        let is_plain = untold.is_some()
+            || self.current.is_none()
+                && self.verifying.is_none()
+                && self.lost.is_none()
+                && self.pairing.is_idle()
+                && self.asked.is_none();
         is_plain && self.take_halves(untold)
     }
 
