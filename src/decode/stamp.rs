@@ -29,6 +29,9 @@ pub const EARLIEST: Timestamp = Timestamp::from_ns(i64::MIN / 4);
 /// The latest time that a read is believed to have, 2116: between both no sum or difference here reaches 2^63.
 pub const LATEST: Timestamp = Timestamp::from_ns(i64::MAX / 2);
 
+/// Before any time that a read can have, less its bytes.
+const NEVER: i64 = i64::MIN / 2;
+
 /// Bounds when the last stop bit of a byte ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ByteTime {
@@ -81,8 +84,9 @@ pub struct Stamper {
     dropped: usize,
     /// Whether any read had a time.
     timed: bool,
-    /// Time of the last read, and the bounds of its last byte.
-    last_read: Option<i64>,
+    /// Time of the last read; [`NEVER`] before the first.
+    last_read: i64,
+    /// The lower bounds of its last byte, if it had a time.
     last: Option<(i64, i64)>,
     /// Offset just after the last byte.
     end: u64,
@@ -100,7 +104,7 @@ impl Stamper {
             reads: Vec::new(),
             dropped: 0,
             timed: false,
-            last_read: None,
+            last_read: NEVER,
             last: None,
             end: 0,
         }
@@ -127,9 +131,11 @@ impl Stamper {
         match time {
             ReadTime::At(at) => {
                 let first = near(at) - self.run_ns((length as u64).saturating_sub(1));
-                Some(Timestamp::from_ns(self.last_read.map_or(first, |last| last.max(first))))
+                Some(Timestamp::from_ns(self.last_read.max(first)))
             }
-            ReadTime::Unknown | ReadTime::UnknownAfterSilence => self.last_read.map(Timestamp::from_ns),
+            ReadTime::Unknown | ReadTime::UnknownAfterSilence => {
+                (self.last_read > NEVER).then(|| Timestamp::from_ns(self.last_read))
+            }
         }
     }
 
@@ -140,9 +146,10 @@ impl Stamper {
 
     fn read_ns(&self, time: ReadTime, length: usize) -> i64 {
         match time {
-            ReadTime::At(at) => self.last_read.map_or(near(at), |last| last.max(near(at))),
+            ReadTime::At(at) => self.last_read.max(near(at)),
             ReadTime::Unknown | ReadTime::UnknownAfterSilence => {
-                LATEST.as_ns().min(self.last_read.unwrap_or(0) + self.run_ns(length as u64))
+                let last = if self.last_read > NEVER { self.last_read } else { 0 };
+                LATEST.as_ns().min(last + self.run_ns(length as u64))
             }
         }
     }
@@ -163,7 +170,7 @@ impl Stamper {
         let entry = self.bound(read, timed, matches!(time, ReadTime::UnknownAfterSilence), length, run);
         self.tighten(entry.latest - run - self.character_ns);
         self.last = timed.then_some((entry.certain + run, entry.earliest + run));
-        self.last_read = Some(read);
+        self.last_read = read;
         self.end += length;
         self.reads.push(entry);
         Timestamp::from_ns(read)
@@ -179,9 +186,9 @@ impl Stamper {
     fn bound(&self, read: i64, timed: bool, after_silence: bool, length: u64, run: i64) -> Read {
         let first_latest = read - run;
         let held = self.held_ns;
-        let certain = match (self.last, self.last_read) {
-            (Some((certain, _)), Some(last_read)) => (certain + self.character_ns).max(last_read - held),
-            _ => read - held.max(run + self.character_ns),
+        let certain = match self.last {
+            Some((certain, _)) => (certain + self.character_ns).max(self.last_read - held),
+            None => read - held.max(run + self.character_ns),
         };
         // More bytes than the adapter can hold were read late: nothing is known but the certain bound.
         // A single byte never says so.
