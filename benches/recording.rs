@@ -105,6 +105,7 @@ fn info_of(reads: &[Read]) {
     while info.pipeline.handle_reads(&mut chunks) {
         info.drain();
     }
+    info.drain();
     info.finish();
 }
 

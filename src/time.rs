@@ -78,16 +78,6 @@ impl Interval {
         (width >> 1) + (width & 1) // not negative
     }
 
-    /// Moves both bounds by nanoseconds.
-    pub fn shifted(self, ns: i64) -> Self {
-        Interval { earliest: self.earliest + ns, latest: self.latest + ns }
-    }
-
-    /// Moves each bound that lies before that of `other` there.
-    pub fn not_before(self, other: Interval) -> Self {
-        Interval { earliest: self.earliest.max(other.earliest), latest: self.latest.max(other.latest) }
-    }
-
     /// Bounds the nanoseconds from `self` to `later`.
     pub fn until(self, later: Interval) -> Span {
         Span { least: later.earliest - self.latest, most: later.latest - self.earliest }

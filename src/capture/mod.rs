@@ -330,8 +330,10 @@ impl Input {
     }
 
     /// Hands out the read gone on to, and those that came with it, each with when its bytes were first there.
+    ///
+    /// `take` tells whether it wants more; the last read it got is then the one gone on to.
     #[inline]
-    pub fn each_read(&mut self, mut take: impl FnMut(Chunk<'_>, Option<Timestamp>)) {
+    pub fn each_read(&mut self, mut take: impl FnMut(Chunk<'_>, Option<Timestamp>) -> bool) {
         if let Reader::Mcap(recording) = &mut self.reader {
             return recording.each_read(take);
         }

@@ -23,7 +23,7 @@ struct Batch {
     entries: Vec<Entry>,
     reads: Vec<Read>,
     bytes: Vec<u8>,
-    more: Vec<More>,
+    extras: Vec<Extra>,
     line_errors: Vec<LineError>,
     /// The names of the buses.
     buses: Vec<String>,
@@ -33,11 +33,11 @@ struct Batch {
 
 /// Is an item of a batch, or a run of reads of one bus.
 enum Entry {
-    /// So many reads, of which so many have more.
+    /// So many reads, of which so many have extras.
     Reads {
         bus: u32,
         count: u32,
-        more: u32,
+        extras: u32,
     },
     Line(Box<BusSettings>),
     Lost {
@@ -63,20 +63,20 @@ struct Read {
     time: Timestamp,
     /// Where its bytes end.
     end: u32,
-    dating: Dating,
-    has_more: bool,
+    kind: TimeKind,
+    has_extra: bool,
 }
 
 /// Is [`ReadTime`] without the time.
 #[derive(Clone, Copy)]
-enum Dating {
+enum TimeKind {
     At,
     Unknown,
     UnknownAfterSilence,
 }
 
 /// Is what few reads have.
-struct More {
+struct Extra {
     ready: Option<Timestamp>,
     /// Where its line errors end.
     line_errors: usize,
@@ -92,8 +92,8 @@ pub(super) enum Stretch<'a> {
 #[derive(Clone)]
 pub(super) struct Reads<'a> {
     reads: std::slice::Iter<'a, Read>,
-    /// What those that have more have more.
-    more: std::slice::Iter<'a, More>,
+    /// What some of them have beside.
+    extras: std::slice::Iter<'a, Extra>,
     bytes: &'a [u8],
     line_errors: &'a [LineError],
     /// Where the next read begins, and the next of its line errors.
@@ -105,7 +105,7 @@ impl Batch {
         self.entries.clear();
         self.reads.clear();
         self.bytes.clear();
-        self.more.clear();
+        self.extras.clear();
         self.line_errors.clear();
     }
 
@@ -139,46 +139,46 @@ impl Batch {
     #[inline]
     fn push_read(&mut self, bus: u32, chunk: &Chunk<'_>, ready: Option<Timestamp>) {
         self.bytes.extend_from_slice(chunk.bytes);
-        let (dating, time) = match chunk.time {
-            ReadTime::At(time) => (Dating::At, time),
-            ReadTime::Unknown => (Dating::Unknown, Timestamp::MIN),
-            ReadTime::UnknownAfterSilence => (Dating::UnknownAfterSilence, Timestamp::MIN),
+        let (kind, time) = match chunk.time {
+            ReadTime::At(time) => (TimeKind::At, time),
+            ReadTime::Unknown => (TimeKind::Unknown, Timestamp::MIN),
+            ReadTime::UnknownAfterSilence => (TimeKind::UnknownAfterSilence, Timestamp::MIN),
         };
-        let has_more = ready.is_some() || !chunk.line_errors.is_empty();
-        if has_more {
+        let has_extra = ready.is_some() || !chunk.line_errors.is_empty();
+        if has_extra {
             self.line_errors.extend_from_slice(chunk.line_errors);
-            self.more.push(More { ready, line_errors: self.line_errors.len() });
+            self.extras.push(Extra { ready, line_errors: self.line_errors.len() });
         }
-        let end = self.bytes.len() as u32; // a read is not larger than a chunk of the file: 64 MiB
-        self.reads.push(Read { time, end, dating, has_more });
+        let end = self.bytes.len() as u32; // a message is not larger than a chunk of the file: 64 MiB
+        self.reads.push(Read { time, end, kind, has_extra });
         match self.entries.last_mut() {
-            Some(Entry::Reads { bus: before, count, more }) if *before == bus && *count < RUN => {
+            Some(Entry::Reads { bus: before, count, extras }) if *before == bus && *count < RUN => {
                 *count += 1;
-                *more += u32::from(has_more);
+                *extras += u32::from(has_extra);
             }
-            _ => self.entries.push(Entry::Reads { bus, count: 1, more: has_more.into() }),
+            _ => self.entries.push(Entry::Reads { bus, count: 1, extras: has_extra.into() }),
         }
     }
 
     /// Hands out the items again, in order.
     fn each(&self, mut take: impl FnMut(Stretch<'_>) -> Result<(), Failure>) -> Result<(), Failure> {
         let name = |bus: u32| &*self.buses[bus as usize]; // as put there
-        let (mut reads, mut more, mut at) = (&*self.reads, &*self.more, (0, 0));
+        let (mut reads, mut extras, mut at) = (&*self.reads, &*self.extras, (0, 0));
         for entry in &self.entries {
             let item = match *entry {
-                Entry::Reads { bus, count, more: of_them } => {
+                Entry::Reads { bus, count, extras: of_them } => {
                     // As counted.
                     let (run, reads_left) = reads.split_at(count as usize);
-                    let (more_of_run, more_left) = more.split_at(of_them as usize);
+                    let (extras_of_run, extras_left) = extras.split_at(of_them as usize);
                     let run = Reads {
                         reads: run.iter(),
-                        more: more_of_run.iter(),
+                        extras: extras_of_run.iter(),
                         bytes: &self.bytes,
                         line_errors: &self.line_errors,
                         at,
                     };
                     at = run.end();
-                    (reads, more) = (reads_left, more_left);
+                    (reads, extras) = (reads_left, extras_left);
                     take(Stretch::Reads(name(bus), run))?;
                     continue;
                 }
@@ -208,7 +208,7 @@ impl Reads<'_> {
     /// Returns where the bytes and the line errors of the last read end.
     fn end(&self) -> (usize, usize) {
         let bytes = self.reads.as_slice().last().map_or(self.at.0, |last| last.end as usize);
-        (bytes, self.more.as_slice().last().map_or(self.at.1, |last| last.line_errors))
+        (bytes, self.extras.as_slice().last().map_or(self.at.1, |last| last.line_errors))
     }
 }
 
@@ -220,16 +220,16 @@ impl<'a> Iterator for Reads<'a> {
         let read = self.reads.next()?;
         let from = std::mem::replace(&mut self.at.0, read.end as usize);
         let (mut line_errors, mut ready) = (&[][..], None);
-        if read.has_more
-            && let Some(more) = self.more.next()
+        if read.has_extra
+            && let Some(extra) = self.extras.next()
         {
-            let from = std::mem::replace(&mut self.at.1, more.line_errors);
-            (line_errors, ready) = (&self.line_errors[from..self.at.1], more.ready);
+            let from = std::mem::replace(&mut self.at.1, extra.line_errors);
+            (line_errors, ready) = (&self.line_errors[from..self.at.1], extra.ready);
         }
-        let time = match read.dating {
-            Dating::At => ReadTime::At(read.time),
-            Dating::Unknown => ReadTime::Unknown,
-            Dating::UnknownAfterSilence => ReadTime::UnknownAfterSilence,
+        let time = match read.kind {
+            TimeKind::At => ReadTime::At(read.time),
+            TimeKind::Unknown => ReadTime::Unknown,
+            TimeKind::UnknownAfterSilence => ReadTime::UnknownAfterSilence,
         };
         Some((Chunk { time, bytes: &self.bytes[from..self.at.0], line_errors }, ready))
     }
@@ -269,7 +269,10 @@ fn fill(input: &mut Input, full: &SyncSender<Batch>, spare: &Receiver<Batch>) ->
                 // Nearly all items, by the shortest way.
                 Some(bus) => {
                     let bus = batch.bus(bus);
-                    input.each_read(|chunk, ready| batch.push_read(bus, &chunk, ready));
+                    input.each_read(|chunk, ready| {
+                        batch.push_read(bus, &chunk, ready);
+                        !batch.is_full()
+                    });
                 }
                 None => batch.push(&input.item()),
             }

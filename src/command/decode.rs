@@ -36,6 +36,8 @@ struct Printer {
 }
 
 impl Sink for Printer {
+    const RECEIVES: bool = false;
+
     fn begin(&mut self, origin: &Origin) -> Result<(), Failure> {
         self.printing.begin(&origin.settings, &mut self.output.buffer);
         Ok(())

@@ -68,6 +68,8 @@ struct Planner {
 }
 
 impl Sink for Planner {
+    const RECEIVES: bool = false;
+
     fn begin(&mut self, origin: &Origin) -> Result<(), Failure> {
         let name = &origin.settings.name;
         match self.bus.get_or_insert_with(|| name.clone()) {
@@ -107,6 +109,8 @@ fn recording(facts: &Facts) -> Recording {
 }
 
 impl Sink for Info {
+    const RECEIVES: bool = false;
+
     fn begin(&mut self, origin: &Origin) -> Result<(), Failure> {
         Info::begin(self, &origin.settings.name, origin.settings.line);
         Ok(())

@@ -14,13 +14,13 @@ use crate::time::Timestamp;
 
 /// Receives what comes out of the inputs.
 pub(super) trait Sink {
+    /// Tells whether [`Sink::received`] takes reads: then they are decoded one by one.
+    const RECEIVES: bool;
+
     /// Begins a bus, or goes on with other settings.
     fn begin(&mut self, origin: &Origin) -> Result<(), Failure>;
 
-    /// Whether it takes what was received: then every read is handed over right before what it decodes to.
-    const RECEIVES: bool = false;
-
-    /// Takes what was received, before what it decodes to.
+    /// Takes what was received, before what it decodes to; reads only with [`Sink::RECEIVES`].
     fn received(&mut self, _item: &Item<'_>) -> Result<(), Failure> {
         Ok(())
     }

@@ -203,6 +203,8 @@ fn print(audit: &Audit, args: &cli::Verify, verbose: bool) -> Result<(), Failure
 }
 
 impl Sink for Audit {
+    const RECEIVES: bool = false;
+
     fn begin(&mut self, origin: &Origin) -> Result<(), Failure> {
         let settings = &origin.settings;
         Audit::begin(self, &settings.name, settings.line, settings.adapter_hold_ns.is_some());

@@ -198,7 +198,8 @@ impl Stamper {
         // Bytes that come faster than the line's speed allows: some time is wrong by as much as they contradict.
         let wrong = (chained - first_latest).max(0);
         let earliest = chained - wrong;
-        let latest = if wrong > 0 { chained + wrong + run } else { read };
+        // Without times they simply follow at line speed.
+        let latest = if timed && wrong > 0 { chained + wrong + run } else { read };
         Read {
             offset: self.end,
             length,
@@ -485,7 +486,7 @@ mod tests {
             assert!(byte.certain <= byte.earliest && byte.earliest <= byte.latest);
             assert_eq!(stamper.middle(offset), Some(byte.interval().midpoint()));
             let (time, gap) = stamper.frame(offset, 13).expect("timed");
-            assert_eq!(time.start, byte.interval().shifted(-TC));
+            assert_eq!(time.start, Interval::new(byte.earliest - TC, byte.latest - TC));
             assert_eq!(time.end, stamper.byte(13).expect("timed").interval());
             let silence = before.interval().until(time.start);
             assert_eq!(gap, Some(Span { least: silence.least.max(0), most: silence.most.max(0) }));
@@ -535,6 +536,10 @@ mod tests {
         stamper.push(ReadTime::Unknown, 100);
         assert_eq!(stamper.byte(5), None);
         assert_eq!(stamper.read_time(ReadTime::Unknown, 10), Timestamp::from_ns(110 * TC));
+        stamper.push(ReadTime::Unknown, 10);
+        for offset in 0..110 {
+            assert_eq!(stamper.arrival(offset), Some(Timestamp::from_ns((offset as i64 + 1) * TC)));
+        }
     }
 
     #[test]
@@ -547,6 +552,12 @@ mod tests {
             let byte = stamper.byte(offset).expect("timed");
             assert!(byte.certain <= byte.earliest && byte.earliest <= byte.latest, "{offset}");
             assert_eq!(stamper.middle(offset), Some(byte.interval().midpoint()), "{offset}");
+            let (time, gap) = stamper.frame(offset, 1199).expect("timed");
+            assert!(
+                time.start.earliest <= time.start.latest && time.end.earliest <= time.end.latest,
+                "{offset}"
+            );
+            assert!(gap.is_none_or(|gap| 0 <= gap.least && gap.least <= gap.most), "{offset}");
         }
     }
 }

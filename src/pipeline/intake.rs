@@ -153,7 +153,9 @@ impl Pipeline {
             }
             _ => {
                 // So late that only pairing can tell.
-                untold.into_iter().for_each(|asked| self.tell_request(asked));
+                if let Some(asked) = untold {
+                    self.tell_request(asked);
+                }
                 self.adopt();
                 let readings = self.framer.readings(offset, length, end);
                 let item = Asked { part, confidence, end, at }.item(self.framer.store());

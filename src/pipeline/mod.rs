@@ -124,7 +124,7 @@ pub struct Pipeline {
     lost: Option<Lost>,
     /// How many bytes were taken in.
     received: u64,
-    /// Time of the last chunk or time-out.
+    /// Time of the last chunk that had one, or of the last deadline.
     now: Timestamp,
     /// No deadline is before.
     quiet_until: Timestamp,
@@ -180,10 +180,12 @@ impl Pipeline {
     }
 
     /// Returns up to when there was silence before a read, if a deadline may be before.
+    ///
+    /// Without times nobody knows of silence: what waits is given up by the bytes that come, wherever they are cut.
     #[inline]
     fn due_before(&self, chunk: &Chunk<'_>) -> Option<Timestamp> {
         let until = self.framer.stamper().silent_until(chunk.time, chunk.bytes.len())?;
-        (until >= self.quiet_until || !matches!(chunk.time, ReadTime::At(_))).then_some(until)
+        (until >= self.quiet_until && matches!(chunk.time, ReadTime::At(_))).then_some(until)
     }
 
     #[inline(always)] // done for every read
@@ -240,7 +242,7 @@ impl Pipeline {
 
     /// Decides everything: the input has ended.
     pub fn finish(&mut self) {
-        // What was due by the last read does not depend on whether another one comes.
+        // What was due by the last read that had a time does not depend on whether another one comes.
         self.handle_timeout(self.now);
         self.framer.finish();
         self.pump();

@@ -191,13 +191,12 @@ impl Info {
         let Some(stretch) = stretch(&mut self.inputs, bus) else { return };
         let on_wire = stretch.character_ns.saturating_mul(place.bytes.len() as i64); // a run is far below 2^63
         stretch.busy_ns = stretch.busy_ns.saturating_add(on_wire);
-        if let Some(since) = stretch.hole_since {
-            stretch.hole_since = None;
+        if let Some(since) = stretch.hole_since.take() {
             self.holes_ns = self.holes_ns.saturating_add((time.start.midpoint() - since).max(0));
         }
         let end = time.end.midpoint();
         match &mut stretch.span {
-            // Only the first frame begins before the first.
+            // Its midpoint is not before that either.
             Some((first, last)) if time.start.earliest >= *first => *last = end.max(*last),
             span => {
                 let start = time.start.midpoint();

@@ -303,8 +303,10 @@ impl Recording {
     }
 
     /// Hands out the read gone on to and those after it in its message, each with when its bytes were first there.
+    ///
+    /// `take` tells whether it wants more; the last read it got is then the one gone on to.
     #[inline]
-    pub fn each_read(&mut self, take: impl FnMut(Chunk<'_>, Option<Timestamp>)) {
+    pub fn each_read(&mut self, take: impl FnMut(Chunk<'_>, Option<Timestamp>) -> bool) {
         self.state.each_read(take);
     }
 

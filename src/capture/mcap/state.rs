@@ -398,12 +398,16 @@ impl State {
     }
 
     /// Hands out the read gone on to and those after it in its message, each with when its bytes were first there.
+    ///
+    /// `take` tells whether it wants more; the last read it got is then the one gone on to.
     #[inline]
-    pub(super) fn each_read(&mut self, mut take: impl FnMut(Chunk<'_>, Option<Timestamp>)) {
-        if let Some(Ready::Chunk(_)) = self.current {
-            take(self.reads.chunk(&self.raw), self.reads.ready(&self.raw));
-            while self.reads.advance(&self.raw) {
-                take(self.reads.chunk(&self.raw), self.reads.ready(&self.raw));
+    pub(super) fn each_read(&mut self, mut take: impl FnMut(Chunk<'_>, Option<Timestamp>) -> bool) {
+        if !matches!(self.current, Some(Ready::Chunk(_))) {
+            return;
+        }
+        while take(self.reads.chunk(&self.raw), self.reads.ready(&self.raw)) {
+            if !self.reads.advance(&self.raw) {
+                return;
             }
         }
     }

@@ -89,6 +89,8 @@ fn read_item(
 struct Learning(Survey);
 
 impl Sink for Learning {
+    const RECEIVES: bool = false;
+
     fn begin(&mut self, origin: &Origin) -> Result<(), Failure> {
         self.0.facts(&origin.settings.facts);
         Ok(())

@@ -197,6 +197,8 @@ impl<'a> Bench<'a> {
 fn decoded(path: &Path, setup: &Setup) -> String {
     struct Printer(Printing, Vec<u8>);
     impl Sink for Printer {
+        const RECEIVES: bool = false;
+
         fn begin(&mut self, _origin: &Origin) -> Result<(), Failure> {
             Ok(())
         }

@@ -59,6 +59,8 @@ struct Collector {
 }
 
 impl Sink for Collector {
+    const RECEIVES: bool = false;
+
     fn begin(&mut self, _origin: &Origin) -> Result<(), Failure> {
         Ok(())
     }

@@ -276,7 +276,8 @@ impl Framer {
         read
     }
 
-    /// Tells whether the plain answer that is awaited has begun and is not whole, as a glance would.
+    /// Tells whether the plain answer that is awaited has begun and is not whole, as a glance would; then its end is what
+    /// is needed.
     #[inline]
     fn awaits_more(&mut self) -> bool {
         let Some(awaited) = self.awaited else { return false };
@@ -318,14 +319,12 @@ impl Framer {
             return self.take_short_cut(edge, readings);
         };
         self.learn(edge, None);
-        let found = if self.store.end() < edge.end() + MIN_FRAME as u64 {
-            Glance::Wait(0) // a live bus: the answer is still to come
-        } else {
-            fast::glance(edge.end(), Some(&asked.outstanding), &context!(self))
-        };
+        // Mostly a read ends with it, and the answer is still to come.
+        let has_more = self.store.end() >= edge.end() + MIN_FRAME as u64;
+        let found = has_more.then(|| fast::glance(edge.end(), Some(&asked.outstanding), &context!(self)));
         let (answer, since) = match found {
-            Glance::Answer(answer, since) => (answer, since),
-            Glance::Frame(answer, readings) if certain(answer, &readings) == Some(Role::Response) => {
+            Some(Glance::Answer(answer, since)) => (answer, since),
+            Some(Glance::Frame(answer, readings)) if certain(answer, &readings) == Some(Role::Response) => {
                 (answer, self.since(answer.offset, asked.outstanding.end))
             }
             _ => {

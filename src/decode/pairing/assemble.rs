@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use crate::decode::frame::{Reason, Role};
-use crate::decode::pairing::hypothesis::Choice;
+use crate::decode::pairing::hypothesis::{Choice, LAG_NS};
 use crate::decode::pairing::item::{Item, Part, What};
 use crate::decode::transaction::Outcome;
 use crate::time::{SECOND, Timestamp};
@@ -12,6 +12,8 @@ use crate::time::{SECOND, Timestamp};
 const RESPONSE_TIMEOUT_NS: i64 = 5 * SECOND;
 /// Nanoseconds after the next request within which a late response is still looked for.
 const LATE_WINDOW_NS: i64 = 3 * SECOND / 2;
+// An item decided late may supersede a request as of when it came: what is due then was not due before the item was.
+const _: () = assert!(LAG_NS <= LATE_WINDOW_NS);
 /// Answered requests after which, without times, an earlier one counts as unanswered.
 const UNTIMED_WINDOW: u32 = 2;
 /// Requests kept open at most.

@@ -7,8 +7,10 @@ use crate::decode::candidate::Candidate;
 use crate::decode::framer::score;
 use crate::decode::framer::{Asked, Experience, Fit, Outstanding, Readings};
 use crate::decode::pairing::item::Item;
-use crate::time::Timestamp;
+use crate::time::{SECOND, Timestamp};
 
+/// Nanoseconds after which an undecided item is decided as it stands.
+pub const LAG_NS: i64 = 3 * SECOND / 2;
 /// Hypotheses kept.
 const KEPT: usize = 16;
 /// Given up requests that a late response may still answer, the latest first.
@@ -348,5 +350,5 @@ impl Beam {
 
 /// Says when an undecided item is decided as it stands.
 pub fn lag_ends(item: &Item) -> Timestamp {
-    item.at + 1_500_000_000
+    item.at + LAG_NS
 }

@@ -59,6 +59,8 @@ pub(super) struct Watched {
 struct Into<'b>(&'b mut Feed);
 
 impl Sink for Into<'_> {
+    const RECEIVES: bool = false;
+
     fn begin(&mut self, origin: &Origin) -> Result<(), Failure> {
         self.0.begin(facts(origin));
         Ok(())
