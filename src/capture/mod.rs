@@ -317,28 +317,19 @@ impl Input {
         Ok(more)
     }
 
-    /// Returns the bus of the read gone on to, where the item is one.
+    /// Returns the bus of the read gone on to, where the item is one and the input can hand out several at once.
     #[inline]
     pub fn bus_of_read(&self) -> Option<&str> {
-        if let Reader::Mcap(recording) = &self.reader {
-            return recording.bus_of_read(); // by a shorter way than through the item
-        }
-        match self.item() {
-            Item::Chunk { bus, .. } => Some(bus),
-            _ => None,
-        }
+        self.recording()?.bus_of_read()
     }
 
-    /// Hands out the read gone on to, and those that came with it, each with when its bytes were first there.
+    /// Hands out the read gone on to and those after it in its message, each with when its bytes were first there.
     ///
     /// `take` tells whether it wants more; the last read it got is then the one gone on to.
     #[inline]
-    pub fn each_read(&mut self, mut take: impl FnMut(Chunk<'_>, Option<Timestamp>) -> bool) {
+    pub fn each_read(&mut self, take: impl FnMut(Chunk<'_>, Option<Timestamp>) -> bool) {
         if let Reader::Mcap(recording) = &mut self.reader {
-            return recording.each_read(take);
-        }
-        if let Item::Chunk { chunk, ready, .. } = self.item() {
-            take(chunk, ready);
+            recording.each_read(take);
         }
     }
 

@@ -252,8 +252,8 @@ impl Stamper {
 
     fn timed_middle(&self, offset: u64) -> Option<Timestamp> {
         let read = self.find(offset).filter(|read| read.timed)?;
-        let earliest = read.earliest + self.run_ns(offset - read.offset);
-        let width = read.latest - self.run_ns(read.offset + read.length - 1 - offset) - earliest;
+        let (earliest, latest) = self.bounds(read, offset);
+        let width = latest - earliest;
         Some(Timestamp::from_ns(earliest + (width >> 1) + (width & 1))) // not negative
     }
 
@@ -352,12 +352,11 @@ impl Stamper {
     /// Bounds the end of a byte of a read.
     #[inline]
     fn of(&self, read: &Read, offset: u64) -> ByteTime {
-        let run = self.run_ns(offset - read.offset);
-        let left = self.run_ns(read.offset + read.length - 1 - offset);
+        let (earliest, latest) = self.bounds(read, offset);
         ByteTime {
-            certain: Timestamp::from_ns(read.certain + run),
-            earliest: Timestamp::from_ns(read.earliest + run),
-            latest: Timestamp::from_ns(read.latest - left),
+            certain: Timestamp::from_ns(read.certain + self.run_ns(offset - read.offset)),
+            earliest: Timestamp::from_ns(earliest),
+            latest: Timestamp::from_ns(latest),
         }
     }
 
